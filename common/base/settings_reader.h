@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace treeroll {
+
+/// Bounds of a number; the defaults allow any finite one.
+struct NumberRule {
+  double min = -std::numeric_limits<double>::max();
+  double max = std::numeric_limits<double>::max();
+  bool min_allowed = true;  ///< false: must be greater than min
+};
+inline constexpr NumberRule kAnyNumber{};
+inline constexpr NumberRule kPositive{.min = 0, .min_allowed = false};
+inline constexpr NumberRule kNotNegative{.min = 0};
+
+/// Reads one table of settings strictly: every key is asked for by name, type and rule, and
+/// `finish()` refuses those nobody asked for. All errors are ConfigErrors with the dotted key.
+///
+///   SettingsReader task(settings, "task", resolved);
+///   const double step_s = task.number("step_s", kPositive, 1e-3);
+///   task.finish();
+///
+/// A key without a fallback is required. What was read, defaults included, is written to
+/// `resolved`, so that a study can be repeated after a default has changed.
+class SettingsReader {
+ public:
+  /// @param table     a JSON object; must outlive the reader, like `resolved`
+  /// @param path      dotted path of the table, prefix of its keys in errors
+  /// @param resolved  set to an object that receives every value read
+  SettingsReader(const nlohmann::json& table, std::string path, nlohmann::json& resolved);
+
+  double number(std::string_view key, NumberRule rule, std::optional<double> fallback = {});
+  std::int64_t integer(std::string_view key, std::int64_t min, std::int64_t max,
+                       std::optional<std::int64_t> fallback = {});
+  bool boolean(std::string_view key, std::optional<bool> fallback = {});
+  std::string string(std::string_view key, std::optional<std::string> fallback = {});
+  /// One of a few words.
+  std::string choice(std::string_view key, std::initializer_list<std::string_view> words,
+                     std::optional<std::string> fallback = {});
+  /// A list of numbers, each within `rule`, between min_size and max_size long.
+  std::vector<double> numbers(std::string_view key, NumberRule rule, std::size_t min_size,
+                              std::size_t max_size,
+                              std::optional<std::vector<double>> fallback = {});
+  /// A table below this one; absent counts as empty.
+  SettingsReader table(std::string_view key);
+
+  bool has(std::string_view key) const;
+  /// Throws on the first key that was not asked for.
+  void finish() const;
+  /// For a rule of the caller's own about `key`: never returns.
+  [[noreturn]] void refuse(std::string_view key, const std::string& rule) const;
+
+ private:
+  const nlohmann::json* find(std::string_view key);
+  void require(std::string_view key, bool has_fallback) const;
+  std::string full(std::string_view key) const;
+
+  const nlohmann::json* table_;
+  std::string path_;
+  nlohmann::json* resolved_;
+  std::set<std::string, std::less<>> asked_;
+};
+
+}  // namespace treeroll

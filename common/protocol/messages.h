@@ -1,0 +1,205 @@
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/content_hash.h"
+#include "common/base/rollout_status.h"
+
+/// The messages of the service as values; what each field means on the wire stands in lcmtypes/.
+/// From learner to workers (L>W), from worker to learner (W>L), and for people who watch (L>*).
+namespace treeroll::protocol {
+
+/// Names of processes and incarnations: random 63-bit numbers, drawn at start.
+using WorkerId = std::int64_t;
+using LearnerId = std::int64_t;
+
+/// One roll-out of one run. Roll-outs of the budget are numbered 0 .. N-1; evaluations of the mean
+/// policy, outside the budget, are numbered -1, -2, ...
+struct RolloutKey {
+  std::int32_t run = 0;
+  std::int32_t number = 0;
+  auto operator<=>(const RolloutKey&) const = default;
+};
+
+struct RolloutRequest {
+  WorkerId worker_id = 0;  ///< who is asked
+  RolloutKey key;
+  std::int32_t attempt = 0;  ///< 0, then one more for each re-issue
+  std::int64_t content = 0;  ///< short hash of task, policy, theta and seed; echoed
+  ContentHash task_id;
+  ContentHash policy_id;
+  std::int64_t task_seed = 0;  ///< for tasks that are not deterministic
+  std::vector<double> theta;   ///< perturbed parameters of the policy's layer
+  bool operator==(const RolloutRequest&) const = default;
+};
+
+/// All results of this worker up to and including `result_index` have been accepted or refused
+/// for good: it need not repeat them.
+struct Acknowledgement {
+  WorkerId worker_id = 0;
+  std::int64_t result_index = 0;
+  bool operator==(const Acknowledgement&) const = default;
+};
+
+/// L>W: roll-outs of any number of runs for any number of workers.
+struct RolloutBatch {
+  LearnerId learner_id = 0;
+  std::int64_t sequence = 0;  ///< 1, 2, ... for each batch of this learner
+  std::vector<RolloutRequest> rollouts;
+  std::vector<Acknowledgement> acknowledgements;
+  bool operator==(const RolloutBatch&) const = default;
+};
+
+struct RolloutResult {
+  RolloutKey key;
+  std::int32_t attempt = 0;
+  std::int64_t content = 0;
+  double reward = 0;
+  RolloutStatus status = RolloutStatus::kOk;
+  std::int64_t duration_ns = 0;  ///< wall time of the evaluation
+  bool operator==(const RolloutResult&) const = default;
+};
+
+/// W>L: results first_index .. first_index + n - 1 of this worker for this learner, oldest
+/// unacknowledged first, and what it holds of the learner's roll-outs.
+struct RewardBatch {
+  WorkerId worker_id = 0;
+  LearnerId learner_id = 0;
+  std::int64_t last_batch = 0;   ///< highest sequence received from this learner
+  std::int32_t free_slots = 0;   ///< roll-outs it has room for beyond those it holds
+  std::int64_t first_index = 0;  ///< index of results[0]; 1, 2, ... for each learner
+  std::vector<RolloutResult> results;
+  std::vector<RolloutKey> held;  ///< queued or running or waiting for a definition
+  bool operator==(const RewardBatch&) const = default;
+};
+
+/// What a worker holds for one learner: part of a heartbeat.
+struct HeldRollouts {
+  LearnerId learner_id = 0;
+  std::int64_t last_batch = 0;
+  std::vector<RolloutKey> keys;
+  bool operator==(const HeldRollouts&) const = default;
+};
+
+/// W>L: heartbeat, sent at start, several times a second, and last when draining.
+struct WorkerStatus {
+  WorkerId worker_id = 0;
+  std::string host;
+  std::int32_t pid = 0;
+  std::string version;
+  std::string numeric_class;  ///< workers of one class give the same bits for the same roll-out
+  std::int32_t num_evaluators = 0;
+  std::int32_t free_slots = 0;
+  std::int32_t receive_buffer_bytes = 0;
+  bool draining = false;  ///< takes no more roll-outs
+  std::int64_t num_evaluated = 0;
+  std::int64_t num_failed = 0;
+  std::int64_t num_repeated = 0;  ///< answers given from the store
+  std::int64_t num_restarts = 0;  ///< evaluators restarted
+  std::int64_t num_rejected = 0;  ///< datagrams refused
+  std::vector<HeldRollouts> held;
+  bool operator==(const WorkerStatus&) const = default;
+};
+
+/// L>W: a task (name and settings) under the hash of its content.
+struct TaskDefinition {
+  LearnerId learner_id = 0;
+  ContentHash task_id;
+  std::string content;  ///< JSON: {"name": ..., "settings": {...}}
+  bool operator==(const TaskDefinition&) const = default;
+};
+
+/// L>W: a policy under the hash of its content.
+struct PolicyDefinition {
+  LearnerId learner_id = 0;
+  ContentHash policy_id;
+  std::string content;  ///< JSON of common/policy/policy.h
+  bool operator==(const PolicyDefinition&) const = default;
+};
+
+/// W>L: definitions this worker was asked to use and does not know.
+struct DefinitionRequest {
+  WorkerId worker_id = 0;
+  LearnerId learner_id = 0;
+  std::vector<ContentHash> task_ids;
+  std::vector<ContentHash> policy_ids;
+  bool operator==(const DefinitionRequest&) const = default;
+};
+
+/// W>L: what became of a definition at this worker, sent whenever one arrives and again when a
+/// roll-out is asked for under a definition it has refused.
+struct DefinitionReport {
+  WorkerId worker_id = 0;
+  LearnerId learner_id = 0;
+  ContentHash definition_id;
+  bool accepted = false;
+  std::string text;  ///< accepted task: its description as JSON; refused: why, for a person
+  bool operator==(const DefinitionReport&) const = default;
+};
+
+/// L>*: the learner as a whole, once a second.
+struct LearnerStatus {
+  LearnerId learner_id = 0;
+  std::string study;
+  std::string waiting_for;  ///< empty while roll-outs make progress
+  double elapsed_s = 0;
+  std::int32_t num_runs = 0;
+  std::int32_t num_runs_done = 0;
+  std::int32_t num_workers = 0;
+  std::int32_t num_evaluators = 0;
+  std::int64_t num_rollouts = 0;  ///< budget of the study
+  std::int64_t num_issued = 0;    ///< distinct roll-outs drawn: applied + pending
+  std::int64_t num_applied = 0;
+  std::int64_t num_pending = 0;
+  std::int64_t num_late = 0;
+  std::int64_t num_duplicate = 0;
+  std::int64_t num_failed = 0;
+  std::int64_t num_rejected = 0;
+  std::int64_t num_reissued = 0;
+  std::int64_t num_conflicting = 0;  ///< duplicates with another reward
+  double best_reward = 0;
+  bool operator==(const LearnerStatus&) const = default;
+};
+
+/// L>*: one run: what a person wants to see in lcm-spy.
+struct RunStatus {
+  LearnerId learner_id = 0;
+  std::int32_t run = 0;
+  std::string condition;
+  std::int32_t repetition = 0;
+  std::int32_t layer = 0;
+  std::int32_t num_rollouts = 0;
+  std::int32_t num_applied = 0;
+  std::int32_t num_failed = 0;
+  std::int32_t num_switches = 0;
+  double last_reward = 0;
+  double mean_reward = 0;  ///< over the convergence window
+  double best_reward = 0;
+  double reward_slope = 0;     ///< per roll-out, over the convergence window
+  double noise_deviation = 0;  ///< root of the mean variance of the exploration noise
+  bool done = false;
+  bool operator==(const RunStatus&) const = default;
+};
+
+/// L>*: the best policy of a run so far, each time it has become better (at most once a second).
+struct BestPolicy {
+  LearnerId learner_id = 0;
+  std::int32_t run = 0;
+  std::string condition;
+  std::int32_t repetition = 0;
+  std::int32_t rollout = 0;
+  double reward = 0;
+  std::string policy;  ///< JSON of common/policy/policy.h
+  bool operator==(const BestPolicy&) const = default;
+};
+
+using Message =
+    std::variant<RolloutBatch, RewardBatch, WorkerStatus, TaskDefinition, PolicyDefinition,
+                 DefinitionRequest, DefinitionReport, LearnerStatus, RunStatus, BestPolicy>;
+
+}  // namespace treeroll::protocol

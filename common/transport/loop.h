@@ -1,0 +1,43 @@
+#pragma once
+
+#include <functional>
+#include <initializer_list>
+#include <memory>
+
+#include "common/base/time.h"
+
+namespace treeroll::transport {
+
+/// The event loop of a daemon: one thread, one timer, descriptors and signals (Boost.Asio behind
+/// it, kept out of this header). Callbacks run one at a time inside run() and must not throw.
+class Loop {
+ public:
+  Loop();
+  ~Loop();
+  Loop(const Loop&) = delete;
+  Loop& operator=(const Loop&) = delete;
+
+  /// Monotonic time; the only clock a daemon hands to its core.
+  TimePoint now() const;
+
+  /// Runs until stop().
+  void run();
+  void stop();
+
+  /// Runs `callback` once at `deadline`; replaces what was set before.
+  void set_timer(TimePoint deadline, std::function<void()> callback);
+  /// Runs `callback` on each of these signals instead of their default action.
+  void on_signals(std::initializer_list<int> signals, std::function<void(int signal)> callback);
+  /// Runs `callback` whenever `descriptor` is readable, until forget(descriptor). The loop does
+  /// not own the descriptor; forget it before closing it.
+  void watch(int descriptor, std::function<void()> callback);
+  void forget(int descriptor);
+  /// Runs `callback` after the events that are ready now: used to act once on a drained inbox.
+  void after_ready_events(std::function<void()> callback);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace treeroll::transport

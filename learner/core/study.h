@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/policy/theta_layout.h"
+#include "common/policy/tree_model.h"
+#include "learner/explore/exploration.h"
+
+namespace treeroll {
+
+/// One way of learning, compared with the others of its study.
+struct Condition {
+  std::string name;          ///< unique in the study
+  std::string task_content;  ///< JSON {"name": ..., "settings": {...}}, keys sorted
+  TreeModel start;           ///< policy before any roll-out
+  ThetaLayout layout = ThetaLayout::kMeansCholesky;
+  ExplorationSettings exploration;
+};
+
+/// What is to be learnt, fully resolved: conditions times repetitions. Run number r is repetition
+/// r % repetitions of condition r / repetitions.
+struct Study {
+  std::string name;
+  std::uint64_t seed = 0;
+  int repetitions = 1;
+  bool in_sequence = true;  ///< results are applied by number, not as they arrive
+  std::vector<Condition> conditions;
+
+  int num_runs() const { return static_cast<int>(conditions.size()) * repetitions; }
+};
+
+}  // namespace treeroll

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "common/base/result.h"
+
+namespace treeroll::sim {
+
+/// Double pendulum on a cart, thesis appendix B and table of [7]. Lengths in m, masses in kg,
+/// inertias about the centres of gravity in kg m^2, friction in N m s, gravity in m/s^2.
+struct DoublePendulum {
+  double l1 = .323, l2 = .480;   ///< link lengths
+  double a1 = .2145, a2 = .223;  ///< joint to centre of gravity
+  double m1 = .853, m2 = .510;
+  double j1 = .0126, j2 = .0185;
+  double d1 = .005, d2 = .005;  ///< viscous friction of the joints
+  double gravity = 9.81;
+  bool operator==(const DoublePendulum&) const = default;
+};
+
+/// Angles from upright, counter-clockwise, not wrapped, in rad; cart position in m; and rates.
+struct CartPendulumState {
+  double phi1 = 0, phi2 = 0, y = 0;
+  double phi1_rate = 0, phi2_rate = 0, y_rate = 0;
+  bool operator==(const CartPendulumState&) const = default;
+};
+
+/// Acceleration of the cart in m/s^2, at a time in s and a state.
+using CartAcceleration = std::function<double(double time_s, const CartPendulumState& state)>;
+
+/// Sees the state at the start and after each output step with the input applied there; returns
+/// false to end the simulation.
+using StateVisitor =
+    std::function<bool(double time_s, const CartPendulumState& state, double cart_acceleration)>;
+
+/// A plant: a state and an input in, states over time out. Knows no policy and no reward.
+class CartPendulumPlant {
+ public:
+  virtual ~CartPendulumPlant() = default;
+  /// Simulates from `start` for duration_s. The visitor sees every output step (the plant's own
+  /// step, or output_step_s for an adaptive integrator).
+  /// @return the final state, or an error if the state left the finite numbers or the integrator
+  ///         could not go on (a diverged roll-out).
+  virtual Result<CartPendulumState> simulate(const CartPendulumState& start, double duration_s,
+                                             const CartAcceleration& input,
+                                             const StateVisitor& visit) = 0;
+};
+
+}  // namespace treeroll::sim
