@@ -12,8 +12,9 @@ namespace treeroll {
 /// One applied roll-out.
 struct RolloutRecord {
   double reward = 0;
-  int layer = 0;  ///< drawn at
+  int layer = 0;  ///< drawn at, 1 ..; 0: no result yet
   RolloutStatus status = RolloutStatus::kOk;
+  int numeric_class = 0;  ///< which of the learner's numeric classes of workers it came from
 };
 
 /// What a run has come to: the source of every file and table.
@@ -21,7 +22,7 @@ struct RunRecord {
   std::string condition;
   int repetition = 0;
   int run = 0;
-  std::vector<RolloutRecord> rollouts;  ///< by number; in arrival order some may be missing yet
+  std::vector<RolloutRecord> rollouts;  ///< by number; in arrival order there may be gaps
   double best_reward = 0;
   int best_rollout = -1;
   std::string best_policy;             ///< JSON of common/policy/policy.h, empty before any result

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "learner/app/options.h"
+
+namespace treeroll {
+
+/// Exit statuses of treeroll-learner.
+inline constexpr int kExitDone = 0;
+inline constexpr int kExitOther = 1;
+inline constexpr int kExitBadInput = 2;
+
+/// Learns a study: loads and checks it, opens the bus, starts local workers, runs the core until
+/// every run is done, writes the state directory and prints the summary.
+/// @return the exit status. Throws StudyError and std::runtime_error for main to report.
+int run_learner(const LearnerOptions& options);
+
+}  // namespace treeroll

@@ -1,0 +1,65 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+
+#include "common/transport/bus.h"
+#include "learner/app/daemon.h"
+#include "learner/app/study_file.h"
+
+namespace {
+
+constexpr int kLocalWorkersMax = 4096;
+
+/// The worker executable that is installed or built beside this one.
+std::filesystem::path worker_beside_us() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "treeroll-worker";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace treeroll;
+  spdlog::set_default_logger(spdlog::stderr_color_mt("learner"));
+  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+
+  LearnerOptions options;
+  std::string lcm_url;
+  options.worker_program = worker_beside_us();
+  CLI::App app{"Learns the runs of a study with every worker on the LCM bus."};
+  app.set_version_flag("--version", TREEROLL_VERSION);
+  app.add_option("STUDY", options.study_file, "Study file (TOML)")->required();
+  app.add_option("--state-dir", options.state_dir,
+                 "Empty or new directory for what the study yields [treeroll-runs/NAME]");
+  app.add_option("--local-workers", options.local_workers,
+                 "Start a worker daemon with this many evaluators on this host; 0: none")
+      ->check(CLI::Range(0, kLocalWorkersMax))
+      ->capture_default_str();
+  app.add_option("--worker-program", options.worker_program,
+                 "Worker executable that knows the task")
+      ->capture_default_str();
+  app.add_option("--lcm-url", lcm_url,
+                 "LCM URL [LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0]");
+  app.add_option("--set", options.overrides, "KEY=VALUE overrides a key of the study, TOML value")
+      ->type_size(1)
+      ->allow_extra_args(false);
+  app.add_flag("--json", options.json, "Print the summary as JSON on standard output");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kExitDone : kExitBadInput;
+  }
+  options.lcm_url = transport::resolve_url(lcm_url);
+
+  try {
+    return run_learner(options);
+  } catch (const StudyError& error) {
+    spdlog::error("{}", error.what());
+    return kExitBadInput;
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+    return kExitOther;
+  }
+}

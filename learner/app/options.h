@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace treeroll {
+
+/// The command line of treeroll-learner.
+struct LearnerOptions {
+  std::filesystem::path study_file;
+  std::vector<std::string> overrides;  ///< KEY=VALUE, each
+  std::filesystem::path state_dir;     ///< empty: treeroll-runs/NAME
+  int local_workers = 0;               ///< evaluators of a worker daemon of our own; 0: none
+  std::filesystem::path worker_program;
+  std::string lcm_url;  ///< resolved
+  bool json = false;    ///< print the summary as JSON on standard output
+};
+
+}  // namespace treeroll

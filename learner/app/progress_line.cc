@@ -1,0 +1,47 @@
+#include "learner/app/progress_line.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+namespace treeroll {
+namespace {
+
+constexpr Duration kPeriod = std::chrono::seconds(2);
+constexpr Duration kWarningPeriod = std::chrono::seconds(5);
+
+std::string as_time(double seconds) {
+  if (seconds < 100) return fmt::format("{:.0f} s", seconds);
+  if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
+  return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+}  // namespace
+
+void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
+  if (!status.waiting_for.empty() && (!last_warned_ || now - *last_warned_ >= kWarningPeriod)) {
+    spdlog::warn("waiting: {}", status.waiting_for);
+    last_warned_ = now;
+  }
+  if (!last_shown_) {
+    last_shown_ = now;
+    return;
+  }
+  if (now - *last_shown_ < kPeriod) return;
+  const double rate =
+      static_cast<double>(status.num_applied - shown_applied_) / to_seconds(now - *last_shown_);
+  rate_ = shown_applied_ == 0 ? rate : rate_ + .3 * (rate - rate_);
+  last_shown_ = now;
+  shown_applied_ = status.num_applied;
+  if (status.num_applied == 0) return;  // the warning above says why
+  const auto left = static_cast<double>(status.num_rollouts - status.num_applied);
+  spdlog::info(
+      "{} of {} roll-outs ({:.0f} %), {} of {} runs done, best {:.3f}; {} workers with {} "
+      "evaluators, "
+      "{:.0f} roll-outs/s, {} left",
+      status.num_applied, status.num_rollouts,
+      100. * static_cast<double>(status.num_applied) / static_cast<double>(status.num_rollouts),
+      status.num_runs_done, status.num_runs, status.best_reward, status.num_workers,
+      status.num_evaluators, rate_, rate_ > 0 ? as_time(left / rate_) : "an unknown time");
+}
+
+}  // namespace treeroll

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+
+#include "common/base/time.h"
+#include "common/protocol/messages.h"
+
+namespace treeroll {
+
+/// Turns learner status messages into lines on standard error, a few a minute: how far the study
+/// is, how fast it goes and when it will be done; and why, while nothing moves.
+class ProgressLine {
+ public:
+  void show(const protocol::LearnerStatus& status, TimePoint now);
+
+ private:
+  std::optional<TimePoint> last_shown_;
+  std::optional<TimePoint> last_warned_;
+  double rate_ = 0;  // roll-outs per second, running mean
+  std::int64_t shown_applied_ = 0;
+};
+
+}  // namespace treeroll

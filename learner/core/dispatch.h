@@ -1,0 +1,36 @@
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "common/base/time.h"
+#include "learner/core/ledger.h"
+#include "learner/core/task_facts.h"
+#include "learner/core/worker_table.h"
+
+namespace treeroll {
+
+/// What dispatching needs to know beside the ledger and the workers.
+struct DispatchFacts {
+  TimePoint now;
+  double rollout_time_s = 0;  ///< running mean over all answers; 0 while none is known
+  /// Tasks whose description is known; the others wait.
+  const std::map<ContentHash, TaskFacts>* tasks = nullptr;
+};
+
+/// How many roll-outs may be at a worker at once: enough that no evaluator waits for the network,
+/// no more than its receive buffer holds.
+int window(const WorkerEntry& worker, double rollout_time_s);
+
+/// How long a roll-out may stay with a worker without word: max(50 ms, 4 x (queued work + round
+/// trip)); 10 s while no duration is known.
+Duration lease_duration(const WorkerEntry& worker, double rollout_time_s);
+
+/// Who gets which of the ready roll-outs: the least loaded worker that has room and has not
+/// refused the definitions. A re-issued one goes back to the worker that had it while that worker
+/// is heard of, because it may hold it already or have the answer in its store.
+/// Reduces `free_slots` and notes the leases in `workers`.
+std::vector<Ledger::Assignment> assign(const Ledger& ledger, WorkerTable& workers,
+                                       const DispatchFacts& facts);
+
+}  // namespace treeroll

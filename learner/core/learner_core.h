@@ -1,0 +1,132 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/time.h"
+#include "common/protocol/messages.h"
+#include "learner/core/definition_book.h"
+#include "learner/core/ledger.h"
+#include "learner/core/run.h"
+#include "learner/core/study.h"
+#include "learner/core/task_facts.h"
+#include "learner/core/worker_table.h"
+
+namespace treeroll {
+
+/// What happens to the learner.
+namespace learner_event {
+struct Started {};
+struct Received {
+  const protocol::Message* message;
+};
+struct InboxDrained {};  ///< no more messages are waiting: time to answer
+struct Timer {};         ///< next_deadline() has come
+}  // namespace learner_event
+using LearnerEvent = std::variant<learner_event::Started, learner_event::Received,
+                                  learner_event::InboxDrained, learner_event::Timer>;
+
+/// One line worth a person's time.
+struct LogLine {
+  enum class Level { kInfo, kWarning, kError };
+  Level level = Level::kInfo;
+  std::string text;
+};
+
+/// What the learner wants done, in this order: send, then log.
+struct LearnerEffects {
+  std::vector<protocol::Message> send;
+  std::vector<LogLine> log;
+};
+
+struct LearnerSettings {
+  protocol::LearnerId learner_id = 0;
+  std::size_t batch_bytes_max = 0;  ///< of one roll-out batch that holds more than one roll-out
+  /// Descriptions known beforehand, by task content; the others are asked of the workers.
+  std::map<std::string, TaskFacts> known_tasks;
+};
+
+/// The learner as a pure state machine: many runs side by side over one pool of workers. No clock,
+/// no network, no threads: a function of its study, settings and events.
+class LearnerCore {
+ public:
+  enum class Outcome {
+    kRunning,
+    kDone,    ///< every run has its roll-outs and its final evaluation
+    kFailed,  ///< the study cannot be learnt; failure() says why
+  };
+
+  /// Precondition: the study has conditions and its numbers are in bounds (learner/app checks).
+  LearnerCore(Study study, LearnerSettings settings);
+  LearnerCore(const LearnerCore&) = delete;  // runs point at the study
+  LearnerCore& operator=(const LearnerCore&) = delete;
+
+  void step(TimePoint now, const LearnerEvent& event, LearnerEffects& effects);
+  TimePoint next_deadline() const;
+
+  Outcome outcome() const { return outcome_; }
+  const std::string& failure() const { return failure_; }
+
+  const Study& study() const { return study_; }
+  LedgerCounters counters() const;
+  std::vector<RunRecord> run_records() const;
+  std::vector<WorkerRecord> worker_records() const { return workers_.records(started_at_); }
+
+ private:
+  void on_started(TimePoint now, LearnerEffects& effects);
+  void on_timer(TimePoint now, LearnerEffects& effects);
+  void on_message(const protocol::RewardBatch& batch, TimePoint now, LearnerEffects& effects);
+  void on_message(const protocol::WorkerStatus& status, TimePoint now, LearnerEffects& effects);
+  void on_message(const protocol::DefinitionRequest& request, TimePoint now,
+                  LearnerEffects& effects);
+  void on_message(const protocol::DefinitionReport& report, TimePoint now, LearnerEffects& effects);
+
+  void accept(WorkerEntry& worker, const protocol::RolloutResult& result, TimePoint now,
+              LearnerEffects& effects);
+  void note_timing(WorkerEntry& worker, const protocol::RolloutResult& result,
+                   const Ledger::Entry& entry, TimePoint now);
+  void reconcile(WorkerEntry& worker, std::int64_t last_batch,
+                 const std::vector<protocol::RolloutKey>& held, TimePoint now, TimePoint lost_at);
+  void take_back(WorkerEntry& worker, protocol::RolloutKey key);
+  void draw(Run& run, TimePoint now, LearnerEffects& effects);
+  void finish_run(Run& run, LearnerEffects& effects);
+  void dispatch(TimePoint now, LearnerEffects& effects);
+  void publish_task(const ContentHash& id, TimePoint now, LearnerEffects& effects);
+  void publish_policy(const ContentHash& id, TimePoint now, LearnerEffects& effects);
+  void publish_status(TimePoint now, LearnerEffects& effects);
+  void learn_facts(const ContentHash& task_id, const std::string& description);
+  int numeric_class(const std::string& name);
+  std::string why_waiting(TimePoint now) const;
+
+  Study study_;
+  LearnerSettings settings_;
+  Outcome outcome_ = Outcome::kRunning;
+  std::string failure_;
+
+  std::vector<Run> runs_;
+  std::vector<std::map<int, ContentHash>> policy_ids_;  // by run, then layer
+  std::vector<ContentHash> task_ids_;                   // by condition
+  std::map<ContentHash, TaskFacts> facts_;
+  DefinitionBook tasks_;
+  DefinitionBook policies_;
+  Ledger ledger_;
+  WorkerTable workers_;
+  std::map<std::string, int> numeric_classes_;
+
+  std::int64_t last_batch_ = 0;  // sequence of the last message sent
+  double rollout_time_s_ = 0;    // running mean over all answers
+  int num_done_ = 0;
+  std::int64_t num_rollouts_ = 0;  // of all runs
+  TimePoint started_at_;
+  TimePoint next_status_;
+  TimePoint last_progress_;     // a result was accepted
+  std::set<int> changed_runs_;  // since their last status message
+  std::map<int, double> announced_best_;
+};
+
+}  // namespace treeroll

@@ -1,0 +1,128 @@
+#include "learner/core/ledger.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "common/base/check.h"
+
+namespace treeroll {
+
+using protocol::RolloutKey;
+
+void seal(Question& question, RolloutKey key) {
+  std::string bytes;
+  const auto append = [&bytes](const void* data, std::size_t size) {
+    bytes.append(static_cast<const char*>(data), size);
+  };
+  append(question.task_id.bytes.data(), question.task_id.bytes.size());
+  append(question.policy_id.bytes.data(), question.policy_id.bytes.size());
+  append(&question.task_seed, sizeof question.task_seed);
+  append(&key.run, sizeof key.run);
+  append(&key.number, sizeof key.number);
+  append(question.theta.data(), static_cast<std::size_t>(question.theta.size()) * sizeof(double));
+  question.content = short_form(content_hash(bytes));
+}
+
+void Ledger::draw(RolloutKey key, Question question) {
+  Entry entry;
+  entry.question = std::move(question);
+  const bool is_new = entries_.emplace(key, std::move(entry)).second;
+  CHECK(is_new, "a roll-out was drawn twice");
+  ready_.push_back(key);
+  if (key.number >= 0) ++counters.issued;
+}
+
+std::vector<protocol::RolloutRequest> Ledger::lease(TimePoint now,
+                                                    const std::vector<Assignment>& chosen) {
+  std::vector<protocol::RolloutRequest> requests;
+  requests.reserve(chosen.size());
+  std::vector<bool> taken(ready_.size(), false);
+  for (const Assignment& assignment : chosen) {
+    const RolloutKey key = ready_[assignment.place];
+    Entry& entry = entries_.at(key);
+    CHECK(!entry.lease && !taken[assignment.place], "a roll-out was leased twice");
+    taken[assignment.place] = true;
+    entry.lease = Lease{assignment.worker, 0, now, assignment.deadline};
+    entry.last_worker = assignment.worker;
+    deadlines_.emplace(assignment.deadline, key);
+
+    protocol::RolloutRequest request;
+    request.worker_id = assignment.worker;
+    request.key = key;
+    request.attempt = entry.attempt++;
+    request.content = entry.question.content;
+    request.task_id = entry.question.task_id;
+    request.policy_id = entry.question.policy_id;
+    request.task_seed = entry.question.task_seed;
+    request.theta.assign(entry.question.theta.data(),
+                         entry.question.theta.data() + entry.question.theta.size());
+    if (request.attempt > 0) ++counters.reissued;
+    requests.push_back(std::move(request));
+  }
+  std::deque<RolloutKey> rest;
+  for (std::size_t place = 0; place < ready_.size(); ++place) {
+    if (!taken[place]) rest.push_back(ready_[place]);
+  }
+  ready_ = std::move(rest);
+  return requests;
+}
+
+void Ledger::set_batch(RolloutKey key, std::int64_t batch) {
+  Entry& entry = entries_.at(key);
+  CHECK(entry.lease.has_value(), "only a leased roll-out travels in a batch");
+  entry.lease->batch = batch;
+}
+
+void Ledger::extend(RolloutKey key, protocol::WorkerId worker, TimePoint deadline) {
+  const auto found = entries_.find(key);
+  if (found == entries_.end()) return;
+  std::optional<Lease>& lease = found->second.lease;
+  if (!lease || lease->worker != worker) return;
+  deadlines_.erase({lease->deadline, key});
+  lease->deadline = deadline;
+  deadlines_.emplace(deadline, key);
+}
+
+void Ledger::take_back(RolloutKey key) {
+  Entry& entry = entries_.at(key);
+  CHECK(entry.lease.has_value(), "only a leased roll-out can be taken back");
+  deadlines_.erase({entry.lease->deadline, key});
+  entry.lease.reset();
+  ready_.push_front(key);
+}
+
+std::vector<std::pair<RolloutKey, protocol::WorkerId>> Ledger::expire(TimePoint now) {
+  std::vector<std::pair<RolloutKey, protocol::WorkerId>> expired;
+  while (!deadlines_.empty() && deadlines_.begin()->first <= now) {
+    const RolloutKey key = deadlines_.begin()->second;
+    expired.emplace_back(key, entries_.at(key).lease->worker);
+    take_back(key);
+  }
+  return expired;
+}
+
+std::optional<TimePoint> Ledger::next_deadline() const {
+  if (deadlines_.empty()) return std::nullopt;
+  return deadlines_.begin()->first;
+}
+
+const Ledger::Entry* Ledger::find(RolloutKey key) const {
+  const auto found = entries_.find(key);
+  return found == entries_.end() ? nullptr : &found->second;
+}
+
+Ledger::Entry Ledger::close(RolloutKey key) {
+  const auto found = entries_.find(key);
+  CHECK(found != entries_.end(), "only an open roll-out can be closed");
+  Entry entry = std::move(found->second);
+  if (entry.lease) {
+    deadlines_.erase({entry.lease->deadline, key});
+  } else {
+    // Taken back and answered after all, by the worker that had it: no longer ready.
+    ready_.erase(std::find(ready_.begin(), ready_.end(), key));
+  }
+  entries_.erase(found);
+  return entry;
+}
+
+}  // namespace treeroll

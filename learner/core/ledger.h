@@ -1,0 +1,88 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "common/base/content_hash.h"
+#include "common/base/time.h"
+#include "common/protocol/messages.h"
+#include "learner/core/run_record.h"
+
+namespace treeroll {
+
+/// What a roll-out asks a worker.
+struct Question {
+  ContentHash task_id;
+  ContentHash policy_id;
+  std::int64_t task_seed = 0;
+  std::int64_t content = 0;  ///< short hash of all the rest; echoed by answers
+  Eigen::VectorXd theta;
+};
+
+/// Sets `content` from the other fields and the key.
+void seal(Question& question, protocol::RolloutKey key);
+
+/// The book of every roll-out that has no answer yet: drawn -> ready -> leased -> answered, and
+/// back from leased to ready when the lease is lost. Knows no learning and no worker but by name.
+class Ledger {
+ public:
+  struct Lease {
+    protocol::WorkerId worker = 0;
+    std::int64_t batch = 0;  ///< sequence of the message that carried the request
+    TimePoint issued_at;
+    TimePoint deadline;
+  };
+  struct Entry {
+    Question question;
+    int attempt = 0;  ///< of the next issue
+    std::optional<Lease> lease;
+    protocol::WorkerId last_worker = 0;  ///< that held a lease; 0 none yet
+  };
+
+  /// A roll-out has been drawn. Precondition: its key is new.
+  void draw(protocol::RolloutKey key, Question question);
+
+  /// Oldest first, re-issued ones before all others.
+  const std::deque<protocol::RolloutKey>& ready() const { return ready_; }
+  /// Leases the ready roll-outs at these places of ready(), given in ascending order.
+  struct Assignment {
+    std::size_t place = 0;
+    protocol::WorkerId worker = 0;
+    TimePoint deadline;
+  };
+  /// Carries the assignments out; the requests, in order, are for one or more batches whose
+  /// sequence is told by set_batch() once they have one.
+  std::vector<protocol::RolloutRequest> lease(TimePoint now, const std::vector<Assignment>& chosen);
+  void set_batch(protocol::RolloutKey key, std::int64_t batch);
+
+  /// Moves the end of a lease of this worker; nothing if it does not hold it.
+  void extend(protocol::RolloutKey key, protocol::WorkerId worker, TimePoint deadline);
+  /// Takes a lease back: the roll-out is ready again. Precondition: it is leased.
+  void take_back(protocol::RolloutKey key);
+  /// Takes back every lease whose deadline is not after `now`; the keys and who held them.
+  std::vector<std::pair<protocol::RolloutKey, protocol::WorkerId>> expire(TimePoint now);
+  std::optional<TimePoint> next_deadline() const;
+
+  /// The open question of a key, or nothing.
+  const Entry* find(protocol::RolloutKey key) const;
+  /// An answer has been accepted: the entry goes. Precondition: find(key).
+  Entry close(protocol::RolloutKey key);
+
+  std::size_t num_open() const { return entries_.size(); }
+  std::size_t num_leased() const { return deadlines_.size(); }
+
+  LedgerCounters counters;
+
+ private:
+  std::map<protocol::RolloutKey, Entry> entries_;
+  std::deque<protocol::RolloutKey> ready_;
+  std::set<std::pair<TimePoint, protocol::RolloutKey>> deadlines_;
+};
+
+}  // namespace treeroll

@@ -1,0 +1,128 @@
+// What the learner tells those who watch: the status messages, and why nothing moves.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "learner/core/learner_core.h"
+
+namespace treeroll {
+namespace {
+
+/// Status and best-policy messages in one period: watchers need no more, and thousands of runs
+/// must not crowd out roll-outs. Runs take turns.
+constexpr int kRunMessagesPerPeriod = 50;
+constexpr Duration kPatience = std::chrono::seconds(3);
+
+protocol::RunStatus run_status(const Run& run, const Condition& condition) {
+  const Exploration& exploration = run.exploration();
+  protocol::RunStatus status;
+  status.run = run.index();
+  status.condition = condition.name;
+  status.repetition = run.repetition();
+  status.layer = exploration.layer();
+  status.num_rollouts = condition.exploration.num_rollouts;
+  status.num_applied = exploration.num_told();
+  status.num_failed = run.num_failed();
+  status.num_switches = static_cast<std::int32_t>(exploration.switches().size());
+  status.last_reward = run.last_reward();
+  status.mean_reward = exploration.mean_reward().value_or(0);
+  status.best_reward = exploration.best().rollout >= 0 ? exploration.best().reward : 0;
+  status.reward_slope = exploration.reward_slope().value_or(0);
+  status.noise_deviation =
+      std::sqrt(exploration.noise().trace() / static_cast<double>(exploration.noise().rows()));
+  status.done = run.done();
+  return status;
+}
+
+}  // namespace
+
+void LearnerCore::publish_status(TimePoint now, LearnerEffects& effects) {
+  for (int sent = 0; sent < kRunMessagesPerPeriod && !changed_runs_.empty(); ++sent) {
+    const Run& run = runs_[*changed_runs_.begin()];
+    changed_runs_.erase(changed_runs_.begin());
+    const Condition& condition = study_.conditions[run.condition()];
+    protocol::RunStatus status = run_status(run, condition);
+    status.learner_id = settings_.learner_id;
+    effects.send.emplace_back(status);
+
+    const Exploration::Best& best = run.exploration().best();
+    double& announced = announced_best_.try_emplace(run.index(), -1).first->second;
+    if (best.rollout < 0 || best.reward <= announced) continue;
+    announced = best.reward;
+    effects.send.emplace_back(protocol::BestPolicy{settings_.learner_id, run.index(),
+                                                   condition.name, run.repetition(), best.rollout,
+                                                   best.reward, run.best_policy()});
+  }
+
+  const LedgerCounters now_counted = counters();
+  protocol::LearnerStatus status;
+  status.learner_id = settings_.learner_id;
+  status.study = study_.name;
+  status.waiting_for = why_waiting(now);
+  status.elapsed_s = to_seconds(now - started_at_);
+  status.num_runs = static_cast<std::int32_t>(runs_.size());
+  status.num_runs_done = num_done_;
+  status.num_workers = static_cast<std::int32_t>(workers_.all().size());
+  status.num_evaluators = workers_.num_evaluators();
+  status.num_rollouts = num_rollouts_;
+  status.num_issued = now_counted.issued;
+  status.num_applied = now_counted.applied;
+  status.num_pending = now_counted.pending;
+  status.num_late = now_counted.late;
+  status.num_duplicate = now_counted.duplicate;
+  status.num_failed = now_counted.failed;
+  status.num_rejected = now_counted.rejected;
+  status.num_reissued = now_counted.reissued;
+  status.num_conflicting = now_counted.conflicting;
+  for (const Run& run : runs_) {
+    const Exploration::Best& best = run.exploration().best();
+    if (best.rollout >= 0) status.best_reward = std::max(status.best_reward, best.reward);
+  }
+  effects.send.emplace_back(std::move(status));
+}
+
+std::string LearnerCore::why_waiting(TimePoint now) const {
+  if (now - last_progress_ < kPatience) return "";
+  if (workers_.all().empty()) return "no workers: none is heard on this LCM URL";
+
+  int usable = 0;
+  bool has_room = false;
+  for (const auto& [id, worker] : workers_.all()) {
+    usable += worker.usable();
+    has_room = has_room || (worker.usable() && worker.free_slots > 0);
+  }
+  if (usable == 0) {
+    return fmt::format(
+        "none of the {} workers takes roll-outs: they start, drain or are distrusted",
+        workers_.all().size());
+  }
+  for (std::size_t c = 0; c < task_ids_.size(); ++c) {
+    int refusing = 0;
+    std::string reason;
+    for (const auto& [id, worker] : workers_.all()) {
+      const auto refused = worker.refused.find(task_ids_[c]);
+      if (refused == worker.refused.end()) continue;
+      ++refusing;
+      reason = refused->second;
+    }
+    if (refusing >= usable) {
+      return fmt::format("the workers lack the task of condition {}: {}", study_.conditions[c].name,
+                         reason);
+    }
+    if (!facts_.contains(task_ids_[c])) {
+      return fmt::format("no worker has described the task of condition {} yet",
+                         study_.conditions[c].name);
+    }
+  }
+  if (ledger_.num_leased() > 0) {
+    return fmt::format("{} roll-outs are with {} workers, the last answer came {:.0f} s ago",
+                       ledger_.num_leased(), workers_.all().size(),
+                       to_seconds(now - last_progress_));
+  }
+  if (!has_room) return fmt::format("queue full: none of the {} workers has room", usable);
+  return fmt::format("all leases have expired, {} roll-outs wait to be issued again",
+                     ledger_.ready().size());
+}
+
+}  // namespace treeroll

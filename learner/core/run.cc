@@ -1,0 +1,105 @@
+#include "learner/core/run.h"
+
+#include "common/base/check.h"
+
+namespace treeroll {
+namespace {
+
+Exploration start(const Study& study, const Condition& condition, int repetition) {
+  return Exploration(condition.exploration, condition.start, condition.layout, study.seed,
+                     static_cast<std::uint32_t>(repetition));
+}
+
+}  // namespace
+
+Run::Run(const Study& study, int run)
+    : study_(&study),
+      index_(run),
+      condition_(run / study.repetitions),
+      repetition_(run % study.repetitions),
+      exploration_(start(study, study.conditions[condition_], repetition_)) {}
+
+std::vector<Run::Wanted> Run::take_wanted() {
+  std::vector<Wanted> wanted;
+  while (std::optional<Draw> draw = exploration_.ask()) {
+    layers_.emplace(draw->rollout, draw->layer);
+    wanted.push_back({draw->rollout, draw->layer, std::move(draw->theta)});
+  }
+  if (exploration_.done() && !evaluation_wanted_) {
+    evaluation_wanted_ = true;
+    wanted.push_back({kEvaluation, exploration_.layer(), exploration_.mean()});
+  }
+  return wanted;
+}
+
+int Run::accept(int number, double reward, RolloutStatus status, int numeric_class) {
+  const Answer answer{reward, status, numeric_class};
+  if (number == kEvaluation) {
+    CHECK(evaluation_wanted_ && !final_, "an evaluation nobody asked for");
+    final_ = answer;
+    return 0;
+  }
+  CHECK(layers_.contains(number) && !held_.contains(number), "a result nobody asked for");
+  if (!study_->in_sequence) {
+    apply(number, answer);
+    return 1;
+  }
+  held_.emplace(number, answer);
+  int applied = 0;
+  while (!held_.empty() && held_.begin()->first == exploration_.num_told()) {
+    const auto [lowest, in_turn] = *held_.begin();
+    held_.erase(held_.begin());
+    apply(lowest, in_turn);
+    ++applied;
+  }
+  return applied;
+}
+
+void Run::apply(int number, const Answer& answer) {
+  const auto layer = layers_.find(number);
+  if (records_.size() <= static_cast<std::size_t>(number)) {
+    records_.resize(number + 1);
+  }
+  records_[number] = {answer.reward, layer->second, answer.status, answer.numeric_class};
+  layers_.erase(layer);
+  last_reward_ = answer.reward;
+  if (answer.status != RolloutStatus::kOk) ++num_failed_;
+  exploration_.tell(number, answer.reward, answer.status);
+}
+
+std::optional<Run::Answer> Run::answer_of(int number) const {
+  if (number == kEvaluation) return final_;
+  if (const auto held = held_.find(number); held != held_.end()) return held->second;
+  if (number < 0 || static_cast<std::size_t>(number) >= records_.size() ||
+      records_[number].layer == 0) {
+    return std::nullopt;
+  }
+  const RolloutRecord& record = records_[number];
+  return Answer{record.reward, record.status, record.numeric_class};
+}
+
+std::string Run::best_policy() const {
+  const Exploration::Best& best = exploration_.best();
+  Policy policy = exploration_.policy(best.layer);
+  policy.tree = policy.tree_with(best.theta);
+  return to_json(policy);
+}
+
+RunRecord Run::record() const {
+  RunRecord record;
+  record.condition = study_->conditions[condition_].name;
+  record.repetition = repetition_;
+  record.run = index_;
+  record.rollouts = records_;
+  const Exploration::Best& best = exploration_.best();
+  record.best_rollout = best.rollout;
+  if (best.rollout >= 0) {
+    record.best_reward = best.reward;
+    record.best_policy = best_policy();
+  }
+  if (final_) record.final_reward = final_->reward;
+  record.switches = exploration_.switches();
+  return record;
+}
+
+}  // namespace treeroll

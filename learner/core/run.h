@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "common/policy/policy.h"
+#include "learner/core/run_record.h"
+#include "learner/core/study.h"
+#include "learner/explore/exploration.h"
+
+namespace treeroll {
+
+/// One run of a study: its search, the order in which results reach it, and its record.
+/// Roll-outs 0 .. N-1 are the budget; number kEvaluation is the final evaluation of the mean
+/// policy, asked for once the budget is spent.
+class Run {
+ public:
+  static constexpr int kEvaluation = -1;
+
+  /// Precondition: `study` outlives the run.
+  Run(const Study& study, int run);
+
+  /// A roll-out to be made, at the policy of its layer.
+  struct Wanted {
+    int number = 0;
+    int layer = 0;
+    Eigen::VectorXd theta;
+  };
+  /// What may be asked for now and has not been; after construction and after each accept().
+  std::vector<Wanted> take_wanted();
+
+  /// A result for a roll-out that was asked for and has none yet. In sequence it is held until
+  /// all lower numbers are in. @return how many results were applied
+  int accept(int number, double reward, RolloutStatus status, int numeric_class);
+
+  struct Answer {
+    double reward = 0;
+    RolloutStatus status = RolloutStatus::kOk;
+    int numeric_class = 0;
+  };
+  /// The result a roll-out has (held or applied), else nothing.
+  std::optional<Answer> answer_of(int number) const;
+
+  bool done() const { return final_.has_value(); }
+  int index() const { return index_; }
+  int condition() const { return condition_; }
+  int repetition() const { return repetition_; }
+  const Exploration& exploration() const { return exploration_; }
+  int num_failed() const { return num_failed_; }
+  double last_reward() const { return records_.empty() ? 0 : last_reward_; }
+
+  /// Best policy so far as JSON; precondition: a result has been applied.
+  std::string best_policy() const;
+  RunRecord record() const;
+
+ private:
+  void apply(int number, const Answer& answer);
+
+  const Study* study_;
+  int index_;
+  int condition_;
+  int repetition_;
+  Exploration exploration_;
+  bool evaluation_wanted_ = false;
+  std::map<int, Answer> held_;  // answered before a lower number was
+  std::map<int, int> layers_;   // of roll-outs drawn and not applied
+  std::vector<RolloutRecord> records_;
+  int num_failed_ = 0;
+  double last_reward_ = 0;
+  std::optional<Answer> final_;
+};
+
+}  // namespace treeroll

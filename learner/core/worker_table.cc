@@ -1,0 +1,83 @@
+#include "learner/core/worker_table.h"
+
+namespace treeroll {
+namespace {
+
+WorkerRecord record_of(const WorkerEntry& worker, TimePoint start) {
+  WorkerRecord record;
+  record.host = worker.host;
+  record.pid = worker.pid;
+  record.num_evaluators = worker.num_evaluators;
+  record.num_accepted = worker.num_accepted;
+  record.first_heard_s = to_seconds(worker.first_heard - start);
+  record.last_heard_s = to_seconds(worker.last_heard - start);
+  return record;
+}
+
+}  // namespace
+
+WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
+  auto found = workers_.find(id);
+  if (found == workers_.end()) {
+    if (workers_.size() >= kWorkersMax) return nullptr;
+    WorkerEntry entry;
+    entry.id = id;
+    entry.first_heard = now;
+    if (const auto left = left_.find(id); left != left_.end()) {
+      // It was only silent: what it has done and what has been acknowledged still hold.
+      entry.first_heard = left->second.first_heard;
+      entry.num_accepted = left->second.num_accepted;
+      entry.acknowledged = left->second.acknowledged;
+      entry.distrusted = left->second.distrusted;
+      left_.erase(left);
+    }
+    found = workers_.emplace(id, std::move(entry)).first;
+  }
+  found->second.last_heard = now;
+  return &found->second;
+}
+
+WorkerEntry* WorkerTable::find(protocol::WorkerId id) {
+  const auto found = workers_.find(id);
+  return found == workers_.end() ? nullptr : &found->second;
+}
+
+std::vector<WorkerEntry> WorkerTable::remove_silent(TimePoint now) {
+  std::vector<WorkerEntry> silent;
+  for (auto worker = workers_.begin(); worker != workers_.end();) {
+    if (worker->second.last_heard + kSilence > now) {
+      ++worker;
+      continue;
+    }
+    silent.push_back(worker->second);
+    if (left_.size() >= kWorkersMax) left_.erase(left_.begin());
+    worker->second.leases.clear();
+    left_.insert(workers_.extract(worker++));
+  }
+  return silent;
+}
+
+std::optional<TimePoint> WorkerTable::next_silence() const {
+  std::optional<TimePoint> next;
+  for (const auto& [id, worker] : workers_) {
+    const TimePoint silence = worker.last_heard + kSilence;
+    if (!next || silence < *next) next = silence;
+  }
+  return next;
+}
+
+int WorkerTable::num_evaluators() const {
+  int sum = 0;
+  for (const auto& [id, worker] : workers_) sum += worker.num_evaluators;
+  return sum;
+}
+
+std::vector<WorkerRecord> WorkerTable::records(TimePoint start) const {
+  std::vector<WorkerRecord> records;
+  for (const auto* workers : {&left_, &workers_}) {
+    for (const auto& [id, worker] : *workers) records.push_back(record_of(worker, start));
+  }
+  return records;
+}
+
+}  // namespace treeroll

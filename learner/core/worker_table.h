@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/base/content_hash.h"
+#include "common/base/time.h"
+#include "common/protocol/messages.h"
+#include "learner/core/run_record.h"
+
+namespace treeroll {
+
+/// What the learner knows of one worker.
+struct WorkerEntry {
+  protocol::WorkerId id = 0;
+  std::string host;
+  int pid = 0;
+  std::string numeric_class;
+  int num_evaluators = 0;  ///< 0 until its first heartbeat
+  int free_slots = 0;      ///< as last reported, less what was issued since
+  int receive_buffer_bytes = 0;
+  bool draining = false;
+  bool distrusted = false;  ///< gave an answer no sound worker gives
+  TimePoint first_heard;
+  TimePoint last_heard;
+  std::set<protocol::RolloutKey> leases;
+  /// Definitions it has refused, and why.
+  std::map<ContentHash, std::string> refused;
+  /// From issue to answer, running mean; nothing before the first answer.
+  std::optional<double> answer_time_s;
+  std::int64_t acknowledged = 0;  ///< highest result index accepted or refused for good
+  bool acknowledgement_due = false;
+  std::int64_t num_accepted = 0;
+
+  bool usable() const { return num_evaluators > 0 && !draining && !distrusted; }
+};
+
+/// Every worker heard of lately, by id.
+class WorkerTable {
+ public:
+  static constexpr int kWorkersMax = 4096;
+  /// A worker that has been silent so long has left.
+  static constexpr Duration kSilence = std::chrono::seconds(3);
+
+  /// The entry of a worker that was heard just now; made if new. Null when the table is full.
+  WorkerEntry* hear(protocol::WorkerId id, TimePoint now);
+  WorkerEntry* find(protocol::WorkerId id);
+
+  /// Takes out the workers that have been silent for kSilence; their records stay.
+  std::vector<WorkerEntry> remove_silent(TimePoint now);
+  std::optional<TimePoint> next_silence() const;
+
+  std::map<protocol::WorkerId, WorkerEntry>& all() { return workers_; }
+  const std::map<protocol::WorkerId, WorkerEntry>& all() const { return workers_; }
+  int num_evaluators() const;
+
+  /// Workers that have left and those present, for the summary.
+  std::vector<WorkerRecord> records(TimePoint start) const;
+
+ private:
+  std::map<protocol::WorkerId, WorkerEntry> workers_;
+  std::map<protocol::WorkerId, WorkerEntry> left_;  // bounded: the oldest ids make room
+};
+
+}  // namespace treeroll

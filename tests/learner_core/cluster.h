@@ -1,0 +1,152 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/random_stream.h"
+#include "tests/learner_core/fake_worker.h"
+
+namespace treeroll {
+
+/// A flat policy of two components, means explored: theta has 4 elements.
+inline TreeModel small_tree(double offset = 0) {
+  std::vector<Component> components;
+  for (const double t : {0., 1.}) {
+    Component component;
+    component.prior = .5;
+    component.mean = Eigen::Vector2d(t, offset);
+    component.covariance = Eigen::Matrix2d::Identity() * .1;
+    components.push_back(component);
+  }
+  return TreeModel::from_global(FrameKind::kEigenvector, {Gmm(1, components)}, {{}});
+}
+
+inline Study small_study(int num_rollouts, int repetitions, int in_flight = 1) {
+  Condition condition{"flat", R"({"name":"bump","settings":{}})", small_tree(), ThetaLayout::kMeans,
+                      ExplorationSettings{}};
+  condition.exploration.num_rollouts = num_rollouts;
+  condition.exploration.in_flight = in_flight;
+  condition.exploration.first_update = 5;
+  condition.exploration.best_considered = 3;
+  condition.exploration.noise_variance = {.02, .02};
+  Study study;
+  study.name = "small";
+  study.seed = 5;
+  study.repetitions = repetitions;
+  study.conditions = {condition};
+  return study;
+}
+
+/// The learner core and fake workers in virtual time: events in order of their time, messages with
+/// a delay, some lost.
+class Cluster {
+ public:
+  explicit Cluster(Study study, bool knows_task = true) {
+    LearnerSettings settings;
+    settings.learner_id = kLearner;
+    settings.batch_bytes_max = 60000;
+    if (knows_task) {
+      settings.known_tasks[study.conditions[0].task_content] = TaskFacts{1, 1, 0, 1, 10, true};
+    }
+    core = std::make_unique<LearnerCore>(std::move(study), settings);
+  }
+
+  static constexpr protocol::LearnerId kLearner = 77;
+
+  FakeWorker& add_worker(protocol::WorkerId id, Duration duration = std::chrono::milliseconds(10)) {
+    workers.emplace_back(std::make_unique<FakeWorker>(id, duration));
+    next_heartbeat.push_back(now);
+    return *workers.back();
+  }
+  void remove_worker(std::size_t place) {
+    workers.erase(workers.begin() + static_cast<std::ptrdiff_t>(place));
+    next_heartbeat.erase(next_heartbeat.begin() + static_cast<std::ptrdiff_t>(place));
+  }
+
+  void start() { step(learner_event::Started{}); }
+
+  /// Runs until the study is done or `limit` of virtual time has passed; `each` after every event.
+  void run(
+      Duration limit, const std::function<void()>& each = [] {}) {
+    const TimePoint end = now + limit;
+    while (core->outcome() == LearnerCore::Outcome::kRunning && now < end) {
+      advance();
+      each();
+    }
+  }
+
+  void give(const protocol::Message& message) {
+    step(learner_event::Received{&message});
+    step(learner_event::InboxDrained{});
+  }
+
+  std::unique_ptr<LearnerCore> core;
+  std::vector<std::unique_ptr<FakeWorker>> workers;
+  TimePoint now{};
+  double loss = 0;  ///< of each message to each receiver
+  std::vector<LogLine> log;
+  std::vector<protocol::Message> sent;  ///< by the learner
+
+ private:
+  /// To the next event: the learner's deadline, a heartbeat or the end of an evaluation.
+  void advance() {
+    TimePoint next = core->next_deadline();
+    std::size_t who = workers.size();
+    bool heartbeat = false;
+    for (std::size_t i = 0; i < workers.size(); ++i) {
+      if (workers[i]->has_work() && workers[i]->busy_until() < next) {
+        next = workers[i]->busy_until();
+        who = i;
+        heartbeat = false;
+      }
+      if (next_heartbeat[i] < next) {
+        next = next_heartbeat[i];
+        who = i;
+        heartbeat = true;
+      }
+    }
+    now = std::max(now, next);
+    if (who == workers.size()) {
+      step(learner_event::Timer{});
+    } else if (heartbeat) {
+      next_heartbeat[who] = now + std::chrono::milliseconds(100);
+      to_learner(workers[who]->status(kLearner));
+    } else {
+      to_learner(workers[who]->finish(kLearner, now));
+    }
+  }
+
+  bool arrives() { return loss == 0 || fate_.next_uniform() >= loss; }
+
+  void to_learner(const protocol::Message& message) {
+    if (arrives()) give(message);
+  }
+
+  void step(const LearnerEvent& event) {
+    LearnerEffects effects;
+    core->step(now, event, effects);
+    log.insert(log.end(), effects.log.begin(), effects.log.end());
+    for (const protocol::Message& message : effects.send) {
+      sent.push_back(message);
+      for (const auto& worker : workers) {
+        if (!arrives()) continue;
+        for (const protocol::Message& reply : worker->receive(message, now))
+          replies_.push_back(reply);
+      }
+    }
+    while (!replies_.empty()) {
+      const protocol::Message reply = replies_.back();
+      replies_.pop_back();
+      to_learner(reply);
+    }
+  }
+
+  std::vector<TimePoint> next_heartbeat;
+  std::vector<protocol::Message> replies_;
+  RandomStream fate_{99, 0, 0, RandomPurpose::kPerturbation};
+};
+
+}  // namespace treeroll

@@ -1,0 +1,146 @@
+#include "learner/core/dispatch.h"
+
+#include <gtest/gtest.h>
+
+#include "learner/core/batching.h"
+
+namespace treeroll {
+namespace {
+
+using std::chrono::milliseconds;
+
+TimePoint at(int ms) { return TimePoint(milliseconds(ms)); }
+
+WorkerEntry& add_worker(WorkerTable& workers, protocol::WorkerId id, int evaluators) {
+  WorkerEntry& worker = *workers.hear(id, at(0));
+  worker.num_evaluators = evaluators;
+  worker.free_slots = 64 * evaluators;
+  worker.receive_buffer_bytes = 4 << 20;
+  return worker;
+}
+
+Ledger with_draws(int count) {
+  Ledger ledger;
+  for (int number = 0; number < count; ++number) {
+    Question question;
+    question.theta = Eigen::VectorXd::Constant(2, number);
+    seal(question, {0, number});
+    ledger.draw({0, number}, question);
+  }
+  return ledger;
+}
+
+const std::map<ContentHash, TaskFacts> kTasks{{ContentHash{}, TaskFacts{}}};
+
+TEST(DispatchTest, FillsWorkersInProportionToTheirEvaluators) {
+  Ledger ledger = with_draws(9);
+  WorkerTable workers;
+  add_worker(workers, 1, 2);
+  add_worker(workers, 2, 1);
+  const auto chosen = assign(ledger, workers, {at(0), 1, &kTasks});
+  EXPECT_EQ(chosen.size(), 6U);  // two for each evaluator
+  EXPECT_EQ(workers.find(1)->leases.size(), 4U);
+  EXPECT_EQ(workers.find(2)->leases.size(), 2U);
+  EXPECT_EQ(workers.find(1)->free_slots, 124);
+}
+
+TEST(DispatchTest, RespectsTheRoomAWorkerReports) {
+  Ledger ledger = with_draws(9);
+  WorkerTable workers;
+  add_worker(workers, 1, 4).free_slots = 3;
+  EXPECT_EQ(assign(ledger, workers, {at(0), 1, &kTasks}).size(), 3U);
+}
+
+TEST(DispatchTest, GivesNothingToWorkersThatDrainOrRefuseTheDefinition) {
+  Ledger ledger = with_draws(2);
+  WorkerTable workers;
+  add_worker(workers, 1, 1).draining = true;
+  add_worker(workers, 2, 1).refused[ContentHash{}] = "unknown";
+  add_worker(workers, 3, 1).distrusted = true;
+  EXPECT_TRUE(assign(ledger, workers, {at(0), 1, &kTasks}).empty());
+}
+
+TEST(DispatchTest, HoldsBackTasksNobodyHasDescribed) {
+  Ledger ledger = with_draws(2);
+  WorkerTable workers;
+  add_worker(workers, 1, 1);
+  const std::map<ContentHash, TaskFacts> none;
+  EXPECT_TRUE(assign(ledger, workers, {at(0), 1, &none}).empty());
+}
+
+TEST(DispatchTest, ReturnsAReissuedRolloutToItsWorkerWhileThatIsAlive) {
+  for (const bool alive : {true, false}) {
+    Ledger ledger = with_draws(1);
+    WorkerTable workers;
+    add_worker(workers, 1, 1);
+    add_worker(workers, 2, 1);
+    ledger.lease(at(0), {{0, 2, at(50)}});
+    ledger.expire(at(1000));
+    workers.hear(1, at(1000));
+    if (alive) workers.hear(2, at(1000));
+    const auto chosen = assign(ledger, workers, {at(1001), 1, &kTasks});
+    ASSERT_EQ(chosen.size(), 1U);
+    EXPECT_EQ(chosen[0].worker, alive ? 2 : 1);
+  }
+}
+
+TEST(DispatchTest, TheWindowGrowsForShortRolloutsAndFitsTheReceiveBuffer) {
+  WorkerTable workers;
+  WorkerEntry& worker = add_worker(workers, 1, 2);
+  EXPECT_EQ(window(worker, 0), 4);
+  EXPECT_EQ(window(worker, 1), 4);
+  EXPECT_EQ(window(worker, 1e-3), 14);
+  EXPECT_EQ(window(worker, 50e-6), 128);
+  worker.receive_buffer_bytes = 20 * 1024;
+  EXPECT_EQ(window(worker, 50e-6), 10);
+}
+
+TEST(DispatchTest, ALeaseLastsFourTimesWhatAnAnswerTakes) {
+  WorkerTable workers;
+  WorkerEntry& worker = add_worker(workers, 1, 2);
+  EXPECT_EQ(lease_duration(worker, 0), std::chrono::seconds(10));
+  worker.answer_time_s = .5;
+  EXPECT_EQ(lease_duration(worker, .01), std::chrono::seconds(2));
+  worker.answer_time_s = 1e-3;
+  EXPECT_EQ(lease_duration(worker, 1e-3), milliseconds(50));
+  for (int number = 0; number < 9; ++number) worker.leases.insert({0, number});
+  EXPECT_EQ(lease_duration(worker, .1), std::chrono::seconds(2));  // 10 on 2 evaluators
+}
+
+protocol::RolloutRequest request(int theta_dim) {
+  protocol::RolloutRequest request;
+  request.theta.resize(theta_dim);
+  return request;
+}
+
+TEST(BatchingTest, FillsMessagesToTheirSizeInOrder) {
+  std::vector<protocol::RolloutRequest> requests;
+  for (int number = 0; number < 100; ++number) {
+    requests.push_back(request(12));
+    requests.back().key.number = number;
+  }
+  const auto batches = pack(requests, {{1, 5}}, 1400);
+  ASSERT_GT(batches.size(), 10U);
+  EXPECT_EQ(batches[0].acknowledgements.size(), 1U);
+  int number = 0;
+  for (const protocol::RolloutBatch& batch : batches) {
+    std::size_t bytes = 0;
+    for (const auto& rollout : batch.rollouts) {
+      EXPECT_EQ(rollout.key.number, number++);
+      bytes += encoded_bytes(rollout);
+    }
+    EXPECT_LT(bytes, 1400U);
+  }
+  EXPECT_EQ(number, 100);
+}
+
+TEST(BatchingTest, SendsARolloutThatIsLargerThanABatchAlone) {
+  const auto batches = pack({request(4), request(400), request(4)}, {}, 1400);
+  ASSERT_EQ(batches.size(), 3U);
+  EXPECT_EQ(batches[1].rollouts.size(), 1U);
+}
+
+TEST(BatchingTest, SendsNothingWhenThereIsNothing) { EXPECT_TRUE(pack({}, {}, 1400).empty()); }
+
+}  // namespace
+}  // namespace treeroll

@@ -1,0 +1,292 @@
+#include "learner/core/learner_core.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/learner_core/cluster.h"
+
+namespace treeroll {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::Contains;
+using ::testing::Field;
+using ::testing::HasSubstr;
+
+std::vector<double> rewards_of(const LearnerCore& core) {
+  std::vector<double> rewards;
+  for (const RunRecord& run : core.run_records()) {
+    for (const RolloutRecord& rollout : run.rollouts) rewards.push_back(rollout.reward);
+    rewards.push_back(run.final_reward.value_or(-1));
+  }
+  return rewards;
+}
+
+std::vector<double> reference_rewards(const Study& study) {
+  Cluster cluster(study);
+  cluster.add_worker(1);
+  cluster.start();
+  cluster.run(seconds(10'000));
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  return rewards_of(*cluster.core);
+}
+
+std::string last_waiting(const Cluster& cluster) {
+  std::string waiting;
+  for (const protocol::Message& message : cluster.sent) {
+    if (const auto* status = std::get_if<protocol::LearnerStatus>(&message)) {
+      waiting = status->waiting_for;
+    }
+  }
+  return waiting;
+}
+
+TEST(LearnerCoreTest, GivesEveryRunExactlyItsRolloutsAndAnEvaluation) {
+  Cluster cluster(small_study(40, 3));
+  cluster.add_worker(1);
+  cluster.start();
+  cluster.run(seconds(100));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  const LedgerCounters counters = cluster.core->counters();
+  EXPECT_EQ(counters.issued, 120);
+  EXPECT_EQ(counters.applied, 120);
+  EXPECT_EQ(counters.pending, 0);
+  EXPECT_EQ(counters.reissued, 0);
+  for (const RunRecord& run : cluster.core->run_records()) {
+    EXPECT_EQ(run.rollouts.size(), 40U);
+    EXPECT_TRUE(run.final_reward.has_value());
+    EXPECT_GT(run.best_reward, run.rollouts.front().reward);
+  }
+}
+
+TEST(LearnerCoreTest, GivesTheSameRewardsWithManyWorkersLossAndDeaths) {
+  for (const int in_flight : {1, 4}) {
+    const Study study = small_study(60, 4, in_flight);
+    const std::vector<double> reference = reference_rewards(study);
+    Cluster cluster(study);
+    cluster.loss = .3;
+    for (int id = 1; id <= 5; ++id) cluster.add_worker(id, milliseconds(3 * id));
+    cluster.start();
+    bool killed = false;
+    cluster.run(seconds(10'000), [&] {
+      const LedgerCounters counters = cluster.core->counters();
+      ASSERT_EQ(counters.issued, counters.applied + counters.pending);
+      if (!killed && counters.applied > 60) {
+        cluster.remove_worker(2);
+        cluster.remove_worker(0);
+        killed = true;
+      }
+    });
+    ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+    EXPECT_TRUE(killed);
+    EXPECT_GT(cluster.core->counters().reissued, 0);
+    EXPECT_EQ(rewards_of(*cluster.core), reference) << "in flight " << in_flight;
+  }
+}
+
+TEST(LearnerCoreTest, AppliesInArrivalOrderWhenTheStudySaysSo) {
+  Study study = small_study(50, 1, 4);
+  study.in_sequence = false;
+  Cluster cluster(study);
+  cluster.add_worker(1, milliseconds(5));
+  cluster.add_worker(2, milliseconds(33));
+  cluster.start();
+  cluster.run(seconds(100));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(cluster.core->counters().applied, 50);
+  EXPECT_NE(rewards_of(*cluster.core), reference_rewards(small_study(50, 1, 4)));
+}
+
+TEST(LearnerCoreTest, TakesInAWorkerThatJoinsLateAndCarriesOnWhenOneLeaves) {
+  Cluster cluster(small_study(200, 4));
+  cluster.add_worker(1);
+  cluster.start();
+  cluster.run(seconds(10'000), [&] {
+    const auto applied = cluster.core->counters().applied;
+    if (applied == 200 && cluster.workers.size() == 1) cluster.add_worker(2);
+    if (applied == 500 && cluster.workers.size() == 2) cluster.workers[0]->draining = true;
+  });
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(cluster.core->counters().applied, 800);
+  std::int64_t sum = 0;
+  for (const WorkerRecord& worker : cluster.core->worker_records()) {
+    EXPECT_GT(worker.num_accepted, 100);
+    sum += worker.num_accepted;
+  }
+  EXPECT_EQ(sum, 800 + 4);  // the evaluations too
+}
+
+TEST(LearnerCoreTest, CountsADuplicateOnceAndAConflictOnlyWithinANumericClass) {
+  Cluster cluster(small_study(10, 1));
+  cluster.add_worker(1);
+  cluster.start();
+  cluster.run(milliseconds(25));
+  ASSERT_EQ(cluster.core->counters().applied, 2);
+  protocol::RewardBatch again;
+  again.learner_id = Cluster::kLearner;
+  again.worker_id = 9;
+  again.first_index = 1;
+  again.results = {{{0, 0}, 0, 0, .123, RolloutStatus::kOk, 1}};
+  cluster.give(again);
+  EXPECT_EQ(cluster.core->counters().duplicate, 1);
+  EXPECT_EQ(cluster.core->counters().conflicting, 0);  // its class is not known yet
+
+  FakeWorker other(9, milliseconds(1));
+  cluster.give(other.status(Cluster::kLearner));
+  again.first_index = 2;
+  cluster.give(again);
+  EXPECT_EQ(cluster.core->counters().duplicate, 2);
+  EXPECT_EQ(cluster.core->counters().conflicting, 1);
+  EXPECT_EQ(cluster.core->counters().applied, 2);
+
+  cluster.give(again);  // a repetition of what is acknowledged is not looked at again
+  EXPECT_EQ(cluster.core->counters().duplicate, 2);
+}
+
+TEST(LearnerCoreTest, RejectsAnswersToOlderQuestionsAndUnknownRollouts) {
+  Cluster cluster(small_study(10, 1));
+  FakeWorker worker(9, milliseconds(1));
+  cluster.start();
+  cluster.give(worker.status(Cluster::kLearner));
+  protocol::RewardBatch batch;
+  batch.learner_id = Cluster::kLearner;
+  batch.worker_id = 9;
+  batch.first_index = 1;
+  batch.last_batch = 1000;
+  batch.results = {{{0, 0}, 0, /*content=*/1, .5, RolloutStatus::kOk, 1},
+                   {{0, 7}, 0, 0, .5, RolloutStatus::kOk, 1},
+                   {{5, 0}, 0, 0, .5, RolloutStatus::kOk, 1},
+                   {{-1, 0}, 0, 0, .5, RolloutStatus::kOk, 1}};
+  cluster.give(batch);
+  EXPECT_EQ(cluster.core->counters().rejected, 4);
+  EXPECT_EQ(cluster.core->counters().applied, 0);
+}
+
+TEST(LearnerCoreTest, IgnoresAnswersToAnotherIncarnation) {
+  Cluster cluster(small_study(10, 1));
+  FakeWorker& worker = cluster.add_worker(1);
+  cluster.start();
+  cluster.run(milliseconds(5));
+  ASSERT_TRUE(worker.has_work());
+  cluster.give(worker.finish(Cluster::kLearner + 1, cluster.now));
+  EXPECT_EQ(cluster.core->counters().applied, 0);
+  cluster.run(seconds(100));
+  EXPECT_EQ(cluster.core->counters().applied, 10);  // issued again
+  EXPECT_GT(cluster.core->counters().reissued, 0);
+}
+
+TEST(LearnerCoreTest, GivesNoMoreWorkToAWorkerWhoseRewardIsOutOfRange) {
+  Cluster cluster(small_study(30, 1));
+  cluster.add_worker(1).reward_factor = 100;
+  cluster.add_worker(2, milliseconds(11));
+  cluster.start();
+  cluster.run(seconds(100));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(rewards_of(*cluster.core), reference_rewards(small_study(30, 1)));
+  EXPECT_EQ(cluster.core->counters().rejected, 1);
+  EXPECT_EQ(cluster.workers[0]->num_evaluated, 1);
+  EXPECT_THAT(cluster.log, Contains(Field(&LogLine::text, HasSubstr("outside the task's range"))));
+}
+
+TEST(LearnerCoreTest, CountsAFailedRolloutWithRewardZero) {
+  Cluster cluster(small_study(10, 1));
+  cluster.add_worker(1).result_status = RolloutStatus::kDiverged;
+  cluster.start();
+  cluster.run(seconds(100));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(cluster.core->counters().failed, 10);
+  for (const RolloutRecord& rollout : cluster.core->run_records()[0].rollouts) {
+    EXPECT_EQ(rollout.reward, 0);
+    EXPECT_EQ(rollout.status, RolloutStatus::kDiverged);
+  }
+}
+
+TEST(LearnerCoreTest, WaitsForADescriptionBeforeTheFirstRollout) {
+  Cluster cluster(small_study(10, 1), /*knows_task=*/false);
+  cluster.add_worker(1);
+  cluster.start();
+  cluster.run(seconds(100), [&] {
+    bool described = false;
+    for (const protocol::Message& message : cluster.sent) {
+      described = described || std::holds_alternative<protocol::TaskDefinition>(message);
+      if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
+        ASSERT_TRUE(described || batch->rollouts.empty());
+      }
+    }
+  });
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+}
+
+TEST(LearnerCoreTest, FailsWhenTheDescriptionDoesNotFitThePolicy) {
+  Cluster cluster(small_study(10, 1), /*knows_task=*/false);
+  cluster.start();
+  const ContentHash task = content_hash(R"({"name":"bump","settings":{}})");
+  cluster.give(protocol::DefinitionReport{
+      1, Cluster::kLearner, task, true,
+      R"({"deterministic":true,"input_dim":2,"output_dim":1,"reward_max":1,"reward_min":0,"time_limit_s":1})"});
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kFailed);
+  EXPECT_THAT(cluster.core->failure(), HasSubstr("takes 2 inputs"));
+}
+
+TEST(LearnerCoreTest, SaysWhyNothingMoves) {
+  {
+    Cluster cluster(small_study(10, 1));
+    cluster.start();
+    cluster.run(seconds(6));
+    EXPECT_THAT(last_waiting(cluster), HasSubstr("no workers"));
+  }
+  {
+    Cluster cluster(small_study(10, 1), /*knows_task=*/false);
+    cluster.add_worker(1).refusal = "there is no task bump";
+    cluster.start();
+    cluster.run(seconds(6));
+    EXPECT_THAT(last_waiting(cluster), HasSubstr("lack the task of condition flat: there is no"));
+  }
+  {
+    Cluster cluster(small_study(10, 1));
+    cluster.add_worker(1, seconds(1000));
+    cluster.start();
+    cluster.run(seconds(8));
+    EXPECT_THAT(last_waiting(cluster), HasSubstr("1 roll-outs are with 1 workers"));
+  }
+}
+
+TEST(LearnerCoreTest, IssuesARolloutAgainWhenItsWorkerFallsSilent) {
+  Cluster cluster(small_study(10, 1));
+  cluster.add_worker(1, seconds(1000));
+  cluster.start();
+  cluster.run(seconds(1));
+  cluster.remove_worker(0);
+  cluster.add_worker(2);
+  cluster.run(seconds(100));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(cluster.core->counters().reissued, 1);
+  EXPECT_THAT(cluster.log, Contains(Field(&LogLine::text, HasSubstr("has left"))));
+}
+
+TEST(LearnerCoreTest, KeepsALeaseWhileItsWorkerSaysItHoldsTheRollout) {
+  Cluster cluster(small_study(3, 1));
+  cluster.add_worker(1, seconds(60));
+  cluster.start();
+  cluster.run(seconds(1000));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(cluster.core->counters().reissued, 0);
+  EXPECT_EQ(cluster.workers[0]->num_requests, 4);
+}
+
+TEST(LearnerCoreTest, PublishesADefinitionAgainForAWorkerThatLacksIt) {
+  Cluster cluster(small_study(20, 1));
+  cluster.start();  // both definitions go out before any worker is there
+  cluster.add_worker(1);
+  cluster.run(seconds(100));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  int policies = 0;
+  for (const protocol::Message& message : cluster.sent) {
+    policies += std::holds_alternative<protocol::PolicyDefinition>(message);
+  }
+  EXPECT_EQ(policies, 2);
+}
+
+}  // namespace
+}  // namespace treeroll

@@ -1,0 +1,101 @@
+#include "learner/core/ledger.h"
+
+#include <gtest/gtest.h>
+
+namespace treeroll {
+namespace {
+
+using protocol::RolloutKey;
+using std::chrono::milliseconds;
+
+Question question(double theta, RolloutKey key) {
+  Question question;
+  question.theta = Eigen::VectorXd::Constant(1, theta);
+  seal(question, key);
+  return question;
+}
+
+Ledger with_draws(int count) {
+  Ledger ledger;
+  for (int number = 0; number < count; ++number) {
+    ledger.draw({0, number}, question(number, {0, number}));
+  }
+  return ledger;
+}
+
+TimePoint at(int ms) { return TimePoint(milliseconds(ms)); }
+
+TEST(LedgerTest, LeasesReadyRolloutsOnceInOrder) {
+  Ledger ledger = with_draws(3);
+  const auto requests = ledger.lease(at(0), {{0, 7, at(50)}, {2, 8, at(60)}});
+  ASSERT_EQ(requests.size(), 2U);
+  EXPECT_EQ(requests[0].key, (RolloutKey{0, 0}));
+  EXPECT_EQ(requests[0].worker_id, 7);
+  EXPECT_EQ(requests[1].key, (RolloutKey{0, 2}));
+  ASSERT_EQ(ledger.ready().size(), 1U);
+  EXPECT_EQ(ledger.ready()[0], (RolloutKey{0, 1}));
+  EXPECT_EQ(ledger.next_deadline(), at(50));
+  EXPECT_EQ(ledger.counters.issued, 3);
+  EXPECT_EQ(ledger.counters.reissued, 0);
+}
+
+TEST(LedgerTest, AnExpiredLeaseComesFirstAndIsCountedWhenIssuedAgain) {
+  Ledger ledger = with_draws(2);
+  ledger.lease(at(0), {{0, 7, at(50)}});
+  EXPECT_TRUE(ledger.expire(at(49)).empty());
+  const auto expired = ledger.expire(at(50));
+  ASSERT_EQ(expired.size(), 1U);
+  EXPECT_EQ(expired[0].second, 7);
+  EXPECT_EQ(ledger.ready()[0], (RolloutKey{0, 0}));
+  const auto again = ledger.lease(at(60), {{0, 8, at(90)}});
+  EXPECT_EQ(again[0].attempt, 1);
+  EXPECT_EQ(ledger.counters.reissued, 1);
+}
+
+TEST(LedgerTest, OnlyTheHolderOfALeaseExtendsIt) {
+  Ledger ledger = with_draws(1);
+  ledger.lease(at(0), {{0, 7, at(50)}});
+  ledger.extend({0, 0}, 8, at(500));
+  EXPECT_EQ(ledger.next_deadline(), at(50));
+  ledger.extend({0, 0}, 7, at(80));
+  EXPECT_EQ(ledger.next_deadline(), at(80));
+  EXPECT_TRUE(ledger.expire(at(79)).empty());
+}
+
+TEST(LedgerTest, ALateAnswerClosesARolloutThatWaitsToBeIssuedAgain) {
+  Ledger ledger = with_draws(2);
+  ledger.lease(at(0), {{0, 7, at(50)}});
+  ledger.expire(at(50));
+  const Ledger::Entry entry = ledger.close({0, 0});
+  EXPECT_FALSE(entry.lease.has_value());
+  EXPECT_EQ(entry.last_worker, 7);
+  ASSERT_EQ(ledger.ready().size(), 1U);
+  EXPECT_EQ(ledger.ready()[0], (RolloutKey{0, 1}));
+  EXPECT_EQ(ledger.find({0, 0}), nullptr);
+}
+
+TEST(LedgerTest, TheContentNamesEveryPartOfAQuestion) {
+  const Question base = question(1, {0, 0});
+  EXPECT_EQ(base.content, question(1, {0, 0}).content);
+  EXPECT_NE(base.content, question(2, {0, 0}).content);
+  EXPECT_NE(base.content, question(1, {0, 1}).content);
+  EXPECT_NE(base.content, question(1, {1, 0}).content);
+  Question other = base;
+  other.task_id.bytes[3] = 1;
+  seal(other, {0, 0});
+  EXPECT_NE(base.content, other.content);
+  other = base;
+  other.task_seed = 4;
+  seal(other, {0, 0});
+  EXPECT_NE(base.content, other.content);
+}
+
+TEST(LedgerTest, EvaluationsAreOutsideTheBudget) {
+  Ledger ledger;
+  ledger.draw({0, -1}, question(1, {0, -1}));
+  EXPECT_EQ(ledger.counters.issued, 0);
+  EXPECT_EQ(ledger.num_open(), 1U);
+}
+
+}  // namespace
+}  // namespace treeroll
