@@ -9,15 +9,17 @@
 #include <random>
 #include <stdexcept>
 
+#include "common/base/config_error.h"
 #include "common/protocol/limits.h"
 #include "common/transport/bus.h"
 #include "common/transport/loop.h"
 #include "learner/app/local_worker.h"
 #include "learner/app/progress_line.h"
-#include "learner/app/results.h"
+#include "learner/app/state_directory.h"
 #include "learner/app/study_file.h"
 #include "learner/app/task_survey.h"
 #include "learner/core/learner_core.h"
+#include "learner/report/summary.h"
 
 namespace treeroll {
 namespace {
@@ -54,7 +56,7 @@ class LearnerDaemon {
                     Channel::kDefinitionReport};
     bus.on_message = [this](const protocol::Message& message) { receive(message); };
     Result<std::unique_ptr<transport::Bus>> opened = open_bus(loop_, std::move(bus));
-    if (!opened) throw StudyError(opened.error().message);
+    if (!opened) throw ConfigError("--lcm-url", options.lcm_url, opened.error().message);
     bus_ = std::move(*opened);
     settings_.batch_bytes_max =
         bus_->crosses_hosts() ? protocol::kBatchBytesRemoteMax : protocol::kBatchBytesLocalMax;
@@ -75,7 +77,7 @@ class LearnerDaemon {
     step(learner_event::Started{});
     loop_.run();
     if (core_->outcome() == LearnerCore::Outcome::kFailed) {
-      throw StudyError(core_->failure());
+      throw ConfigError("task", "", core_->failure());
     }
     return !stopped_;
   }
@@ -123,7 +125,7 @@ class LearnerDaemon {
 
 int run_learner(const LearnerOptions& options) {
   const LoadedStudy loaded = load_study(options.study_file, options.overrides);
-  const std::map<std::string, TaskFacts> facts = survey(loaded, options);
+  const std::map<std::string, TaskFacts> facts = survey_tasks(loaded, options.worker_program);
   const fs::path directory =
       options.state_dir.empty() ? fs::path("treeroll-runs") / loaded.study.name : options.state_dir;
   check_state_directory(directory);
@@ -139,8 +141,10 @@ int run_learner(const LearnerOptions& options) {
   const TimePoint start = transport::Loop().now();
   const bool done = daemon.run();
   const double elapsed_s = to_seconds(transport::Loop().now() - start);
-  const StudySummary summary = summarize_study(daemon.core(), elapsed_s);
-  write_results(directory, daemon.core().run_records());
+  const std::vector<RunRecord> runs = daemon.core().run_records();
+  const StudySummary summary{loaded.study.name, summarize(runs), daemon.core().counters(),
+                             daemon.core().worker_records(), elapsed_s};
+  write_results(directory, runs);
   if (options.json) {
     fmt::print("{}\n", to_json(summary));
   } else {
@@ -148,8 +152,8 @@ int run_learner(const LearnerOptions& options) {
   }
   std::fflush(stdout);
   if (!done) {
-    spdlog::warn("stopped early: {} of {} roll-outs are in {}", summary.ledger.applied,
-                 daemon.core().num_rollouts(), directory.string());
+    spdlog::warn("stopped early: {} roll-outs are in {}", summary.ledger.applied,
+                 directory.string());
     return kExitOther;
   }
   spdlog::info("done in {:.1f} s: {}", elapsed_s, directory.string());

@@ -11,7 +11,8 @@ inline constexpr int kExitBadInput = 2;
 
 /// Learns a study: loads and checks it, opens the bus, starts local workers, runs the core until
 /// every run is done, writes the state directory and prints the summary.
-/// @return the exit status. Throws StudyError and std::runtime_error for main to report.
+/// @return the exit status. Throws StudyError and ConfigError for bad input, std::runtime_error for
+/// anything else; main reports them.
 int run_learner(const LearnerOptions& options);
 
 }  // namespace treeroll

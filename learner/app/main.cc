@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <exception>
 
+#include "common/base/config_error.h"
 #include "common/transport/bus.h"
 #include "learner/app/daemon.h"
 #include "learner/app/study_file.h"
@@ -56,6 +57,9 @@ int main(int argc, char** argv) {
   try {
     return run_learner(options);
   } catch (const StudyError& error) {
+    spdlog::error("{}", error.what());
+    return kExitBadInput;
+  } catch (const ConfigError& error) {
     spdlog::error("{}", error.what());
     return kExitBadInput;
   } catch (const std::exception& error) {

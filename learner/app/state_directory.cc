@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "learner/app/study_file.h"
+#include "common/base/config_error.h"
 #include "learner/report/atomic_file.h"
 #include "learner/report/csv.h"
 
@@ -11,25 +11,17 @@ namespace treeroll {
 namespace fs = std::filesystem;
 
 void check_state_directory(const fs::path& directory) {
+  const auto refuse = [&directory](const std::string& rule) {
+    throw ConfigError("--state-dir", directory.string(), rule);
+  };
   std::error_code error;
   const fs::file_status status = fs::status(directory, error);
   if (status.type() == fs::file_type::not_found) return;
-  if (error) {
-    throw StudyError(fmt::format("--state-dir = {}: {}", directory.string(), error.message()));
-  }
-  if (!fs::is_directory(status)) {
-    throw StudyError(fmt::format("--state-dir = {}: must be a directory", directory.string()));
-  }
+  if (error) refuse(error.message());
+  if (!fs::is_directory(status)) refuse("must be a directory");
   const bool empty = fs::is_empty(directory, error);
-  if (error) {
-    throw StudyError(fmt::format("--state-dir = {}: {}", directory.string(), error.message()));
-  }
-  if (!empty) {
-    throw StudyError(
-        fmt::format("--state-dir = {}: must be new or empty, and holds the results "
-                    "of an earlier study; name another",
-                    directory.string()));
-  }
+  if (error) refuse(error.message());
+  if (!empty) refuse("must be new or empty; it may hold what an earlier study has yielded");
 }
 
 void make_state_directory(const fs::path& directory, const std::string& resolved_toml) {

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <stdexcept>
 
 #include "common/base/config_error.h"
@@ -39,17 +40,24 @@ std::optional<TaskFacts> ask(const std::string& content, const std::filesystem::
 
 }  // namespace
 
-std::map<std::string, TaskFacts> survey_tasks(const Study& study,
+std::map<std::string, TaskFacts> survey_tasks(const LoadedStudy& loaded,
                                               const std::filesystem::path& worker_program) {
-  std::map<std::string, std::optional<TaskFacts>> asked;
-  for (const Condition& condition : study.conditions) {
-    if (!asked.contains(condition.task_content)) {
-      asked[condition.task_content] = ask(condition.task_content, worker_program);
-    }
-  }
   std::map<std::string, TaskFacts> known;
-  for (const auto& [content, facts] : asked) {
-    if (facts) known[content] = *facts;
+  std::set<std::string> asked;
+  for (std::size_t c = 0; c < loaded.study.conditions.size(); ++c) {
+    const std::string& content = loaded.study.conditions[c].task_content;
+    if (asked.insert(content).second) {
+      try {
+        if (const std::optional<TaskFacts> facts = ask(content, worker_program)) {
+          known[content] = *facts;
+        }
+      } catch (const ConfigError& error) {
+        throw condition_error(loaded, c, error);
+      }
+    }
+    if (const auto facts = known.find(content); facts != known.end()) {
+      check_task(loaded, c, {facts->second.input_dim, facts->second.output_dim});
+    }
   }
   return known;
 }

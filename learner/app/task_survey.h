@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "learner/core/study.h"
+#include "learner/app/study_file.h"
 #include "learner/core/task_facts.h"
 
 namespace treeroll {
@@ -13,9 +13,9 @@ namespace treeroll {
 /// checked before anything starts. A task whose name the executable does not know is left out:
 /// remote workers may know it, and describe it over the bus.
 /// @return by task content
-/// Throws ConfigError for settings the task refuses and for a description that cannot be used;
-/// std::runtime_error if the executable cannot be asked.
-std::map<std::string, TaskFacts> survey_tasks(const Study& study,
+/// Throws StudyError for settings a task refuses and for a policy with other dimensions than its
+/// task's; std::runtime_error if the executable cannot be asked.
+std::map<std::string, TaskFacts> survey_tasks(const LoadedStudy& loaded,
                                               const std::filesystem::path& worker_program);
 
 }  // namespace treeroll

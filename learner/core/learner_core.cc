@@ -109,7 +109,6 @@ void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
     const std::int64_t index = batch.first_index + static_cast<std::int64_t>(i);
     if (index <= worker->acknowledged) continue;  // a repetition of what was settled
     accept(*worker, batch.results[i], now, effects);
-    if (outcome_ != Outcome::kRunning) return;
   }
   if (!batch.results.empty()) {
     const std::int64_t last =
@@ -117,6 +116,7 @@ void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
     worker->acknowledged = std::max(worker->acknowledged, last);
     worker->acknowledgement_due = true;
   }
+  if (outcome_ == Outcome::kDone) return dispatch(now, effects);  // the last acknowledgement
   worker->free_slots = batch.free_slots;
   reconcile(*worker, batch.last_batch, batch.held, now, now);
 }

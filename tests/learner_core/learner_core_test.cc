@@ -275,6 +275,18 @@ TEST(LearnerCoreTest, KeepsALeaseWhileItsWorkerSaysItHoldsTheRollout) {
   EXPECT_EQ(cluster.workers[0]->num_requests, 4);
 }
 
+TEST(LearnerCoreTest, AcknowledgesTheLastAnswerOfAStudyToo) {
+  Cluster cluster(small_study(7, 1));
+  cluster.add_worker(1);
+  cluster.start();
+  cluster.run(seconds(100));
+  const auto* last = std::get_if<protocol::RolloutBatch>(&cluster.sent.back());
+  ASSERT_NE(last, nullptr);
+  EXPECT_TRUE(last->rollouts.empty());
+  ASSERT_EQ(last->acknowledgements.size(), 1U);
+  EXPECT_EQ(last->acknowledgements[0].result_index, 8);  // 7 roll-outs and the evaluation
+}
+
 TEST(LearnerCoreTest, PublishesADefinitionAgainForAWorkerThatLacksIt) {
   Cluster cluster(small_study(20, 1));
   cluster.start();  // both definitions go out before any worker is there

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace treeroll {
+
+/// Slope alpha of the line alpha x + beta fitted by least squares to rewards at x = 1 .. N, thesis
+/// (3-7), in reward per roll-out. In closed form: no matrix is built. Exactly 0 for equal rewards,
+/// so that a threshold of 0 does not see rounding errors as a decline.
+/// @param rewards  oldest first; precondition: at least two
+double least_squares_slope(std::span<const double> rewards);
+
+/// The last M rewards: the convergence window of section 3-2-1. Memory does not grow.
+class RewardWindow {
+ public:
+  /// Precondition: capacity (M) is at least 2.
+  explicit RewardWindow(int capacity);
+
+  void add(double reward);
+  /// At most M rewards, oldest first; valid until the next add().
+  std::span<const double> rewards() const;
+  /// Slope over the rewards there are, up to M; nothing before two.
+  std::optional<double> slope() const;
+
+ private:
+  // Each reward is written twice, M places apart, so that the last M always lie side by side.
+  std::vector<double> twice_;
+  std::size_t capacity_;
+  std::size_t next_ = 0;
+  std::size_t size_ = 0;
+};
+
+}  // namespace treeroll

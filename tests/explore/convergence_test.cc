@@ -1,0 +1,66 @@
+#include "learner/explore/convergence.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+
+#include "common/base/random_stream.h"
+
+namespace treeroll {
+namespace {
+
+using ::testing::ElementsAre;
+
+/// (3-7) as printed: the pseudo-inverse of [1 1; ..; N 1] times the rewards.
+double slope_by_pseudo_inverse(const std::vector<double>& rewards) {
+  const auto n = static_cast<Eigen::Index>(rewards.size());
+  Eigen::MatrixXd design(n, 2);
+  design.col(0).setLinSpaced(1, static_cast<double>(n));
+  design.col(1).setOnes();
+  const Eigen::MatrixXd inverse = design.completeOrthogonalDecomposition().pseudoInverse();
+  return (inverse * Eigen::Map<const Eigen::VectorXd>(rewards.data(), n))(0);
+}
+
+TEST(LeastSquaresSlopeTest, IsThePseudoInversesOf37) {
+  for (const int n : {2, 3, 4, 5, 20, 21, 100}) {
+    RandomStream stream(1, 0, static_cast<std::uint32_t>(n), RandomPurpose::kPerturbation);
+    std::vector<double> rewards;
+    for (int i = 0; i < n; ++i) rewards.push_back(stream.next_uniform());
+    EXPECT_NEAR(least_squares_slope(rewards), slope_by_pseudo_inverse(rewards), 1e-13) << n;
+  }
+}
+
+TEST(LeastSquaresSlopeTest, IsTheStepOfALine) {
+  EXPECT_DOUBLE_EQ(least_squares_slope(std::vector<double>{.1, .3, .5, .7}), .2);
+  EXPECT_DOUBLE_EQ(least_squares_slope(std::vector<double>{3, 1}), -2);
+}
+
+TEST(LeastSquaresSlopeTest, IsExactlyZeroForEqualRewards) {
+  for (std::size_t n = 2; n < 60; ++n) {
+    EXPECT_EQ(least_squares_slope(std::vector<double>(n, .1)), 0) << n;
+  }
+}
+
+TEST(RewardWindowTest, HoldsTheLastRewardsOldestFirst) {
+  RewardWindow window(3);
+  EXPECT_FALSE(window.slope());
+  window.add(1);
+  EXPECT_FALSE(window.slope());
+  window.add(2);
+  EXPECT_THAT(window.rewards(), ElementsAre(1, 2));
+  EXPECT_EQ(window.slope(), 1);
+  for (double reward = 3; reward <= 11; ++reward) {
+    window.add(reward);
+    EXPECT_THAT(window.rewards(), ElementsAre(reward - 2, reward - 1, reward));
+  }
+}
+
+TEST(RewardWindowTest, ForgetsWhatHasLeftIt) {
+  RewardWindow window(4);
+  for (const double reward : {100., -50., 9., 8., 7., 6.}) window.add(reward);
+  EXPECT_DOUBLE_EQ(*window.slope(), -1);
+}
+
+}  // namespace
+}  // namespace treeroll
