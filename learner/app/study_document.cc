@@ -34,10 +34,17 @@ struct Factor {
   SettingOverlay overlay;
 };
 
-/// Only these may differ between the conditions of one study.
+constexpr const char* kStudyRule =
+    "only study.rollouts and study.in_flight may differ between the conditions of a study";
+
+bool may_differ(std::string_view study_key) {
+  return study_key == "rollouts" || study_key == "in_flight";
+}
+
+/// What a condition or an option may hold beside its name.
 void check_tables(const json& settings, const std::string& path) {
   for (const auto& [key, table] : settings.items()) {
-    const std::string full = path.empty() ? key : path + "." + key;
+    const std::string full = path + "." + key;
     if (!is_table_name(key)) {
       throw ConfigError(full, "",
                         fmt::format("unknown key; known here: name, {}", fmt::join(kTables, ", ")));
@@ -45,10 +52,7 @@ void check_tables(const json& settings, const std::string& path) {
     if (!table.is_object()) throw ConfigError(full, "", "must be a table");
     if (key != "study") continue;
     for (const auto& [below, value] : table.items()) {
-      if (below == "rollouts" || below == "in_flight") continue;
-      throw ConfigError(
-          full + "." + below, "",
-          "only study.rollouts and study.in_flight may differ between the conditions of a study");
+      if (!may_differ(below)) throw ConfigError(full + "." + below, "", kStudyRule);
     }
   }
 }
@@ -108,6 +112,9 @@ std::vector<Factor> read_values(const json& axis, const std::string& path,
     reader.refuse(
         "key", fmt::format("must be the dotted key of a setting in {}", fmt::join(kTables, ", ")));
   }
+  if (parts[0] == "study" && !(parts.size() == 2 && may_differ(parts[1]))) {
+    reader.refuse("key", kStudyRule);
+  }
   keys.push_back(key);
   std::vector<Factor> factors;
   for (const json& value : list_of(axis, "values", path)) {
@@ -116,7 +123,6 @@ std::vector<Factor> read_values(const json& axis, const std::string& path,
     factor.name = fmt::format("{}={}", parts.back(), name_of(value, path + ".values"));
     factor.overlay = SettingOverlay(json::object(), {{"", factor.location}});
     set_below(*factor.overlay.settings, parts, value);
-    check_tables(*factor.overlay.settings, "");
     factors.push_back(std::move(factor));
   }
   return factors;

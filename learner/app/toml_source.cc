@@ -5,6 +5,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <fstream>
@@ -38,11 +39,13 @@ std::string read_file(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(status)) refuse(name, "must be a regular file");
   std::ifstream file(path, std::ios::binary);
   if (!file) refuse(name, "cannot be read: " + std::generic_category().message(errno));
-  // One byte more than allowed is asked for, so that a longer file shows.
-  std::string text(kStudyBytesMax + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  std::string text;
+  std::array<char, 16384> chunk;
+  while (file && text.size() <= kStudyBytesMax) {
+    file.read(chunk.data(), chunk.size());
+    text.append(chunk.data(), static_cast<std::size_t>(file.gcount()));
+  }
   if (file.bad()) refuse(name, "cannot be read: " + std::generic_category().message(errno));
-  text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.size() > kStudyBytesMax) {
     refuse(name, fmt::format("is too large: must be at most {} bytes", kStudyBytesMax));
   }

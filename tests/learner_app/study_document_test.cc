@@ -204,7 +204,8 @@ TEST(StudyDocumentTest, BadAxesAreRefusedWithTheirLine) {
          "FILE:2: axes[0].key = \"task..x\": must be the dotted key of a setting in study, task, "
          "policy, exploration");
   expect("key = \"study.seed\"\nvalues = [1]\n",
-         "FILE: study.seed: only study.rollouts and study.in_flight may differ between the "
+         "FILE:2: axes[0].key = \"study.seed\": only study.rollouts and study.in_flight may differ "
+         "between the "
          "conditions of a study");
   expect("key = \"task.x\"\nvalues = [{a = 1}]\n",
          "FILE:3: axes[0].values: must be numbers, words or lists of them; see options");

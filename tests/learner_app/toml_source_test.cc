@@ -142,7 +142,7 @@ TEST(TomlSourceTest, AnyCutOrChangeOfAFileIsReadOrRefused) {
   };
   for (std::size_t i = 0; i < text.size(); ++i) {
     try_one(text.substr(0, i));
-    for (const char c : {'\0', '"', '\'', '[', '}', '.', '=', '\n', '\\', '\x80', '\xff', '1'}) {
+    for (const char c : {'\0', '"', '[', '}', '\n', '\xff'}) {
       std::string changed = text;
       changed[i] = c;
       try_one(changed);
