@@ -1,0 +1,241 @@
+#include "learner/app/study_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "common/base/settings_reader.h"
+#include "learner/app/message_sizes.h"
+#include "learner/app/study_document.h"
+#include "learner/app/toml_source.h"
+#include "learner/explore/exploration_settings.h"
+#include "learner/fit/start_policy.h"
+
+namespace treeroll {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::int64_t kRunsMax = 100'000;
+constexpr std::int64_t kRolloutsMax = 100'000'000;
+constexpr std::int64_t kRolloutsTotalMax = 1'000'000'000;
+constexpr std::int64_t kInFlightMax = 100'000;
+constexpr std::size_t kStudyNameBytesMax = 64;
+
+constexpr const char* kResolvedComment =
+    "# Every setting of the study, defaults included: this file can be run again.\n";
+/// More than the comment and [study] take.
+constexpr std::size_t kResolvedHeadBytesMax = 1024;
+
+/// A start policy with its settings, defaults included.
+struct ResolvedPolicy {
+  StartPolicy start;
+  json settings;
+};
+
+/// Conditions often share a policy, and fitting one takes time.
+class PolicyCache {
+ public:
+  const ResolvedPolicy& get(const json& settings) {
+    const std::string key = settings.dump();
+    const auto found = policies_.find(key);
+    if (found != policies_.end()) return found->second;
+    json resolved;
+    SettingsReader reader(settings, "policy", resolved);
+    StartPolicy start = read_start_policy(reader);
+    reader.finish();
+    ResolvedPolicy policy{.start = std::move(start), .settings = std::move(resolved)};
+    return policies_.emplace(key, std::move(policy)).first->second;
+  }
+
+ private:
+  std::map<std::string, ResolvedPolicy> policies_;
+};
+
+/// It becomes the name of a folder.
+void check_study_name(const SettingsReader& reader, const std::string& name) {
+  const auto usable = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("_-.").find(c) != std::string_view::npos;
+  };
+  const bool starts_well = !name.empty() && name[0] != '.' && name[0] != '-';
+  if (starts_well && name.size() <= kStudyNameBytesMax &&
+      std::all_of(name.begin(), name.end(), usable)) {
+    return;
+  }
+  reader.refuse("name", fmt::format("must be 1 to {} letters, digits and _ . -, and begin with "
+                                    "none of . and -",
+                                    kStudyNameBytesMax));
+}
+
+/// What [study] says to a condition.
+struct Budget {
+  int num_rollouts = 0;
+  int in_flight = 1;
+};
+
+/// Reads [study]: what all conditions share into `study`, and what each has for itself.
+Budget read_study_table(const json& settings, Study& study, json& resolved) {
+  SettingsReader reader(settings, "study", resolved);
+  study.name = reader.string("name");
+  check_study_name(reader, study.name);
+  study.seed = static_cast<std::uint64_t>(
+      reader.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 1));
+  study.repetitions = static_cast<int>(reader.integer("repetitions", 1, kRunsMax, 1));
+  study.in_sequence = reader.choice("order", {"sequence", "arrival"}, "sequence") == "sequence";
+  Budget budget;
+  budget.num_rollouts = static_cast<int>(reader.integer("rollouts", 1, kRolloutsMax));
+  budget.in_flight = static_cast<int>(reader.integer("in_flight", 1, kInFlightMax, 1));
+  reader.finish();
+  return budget;
+}
+
+ExplorationSettings read_exploration(const json& settings, const StartPolicy& policy, Budget budget,
+                                     json& resolved) {
+  SettingsReader reader(settings, "exploration", resolved);
+  ExplorationSettings exploration = read_exploration_settings(reader, policy.tree, policy.layout);
+  reader.finish();
+  exploration.num_rollouts = budget.num_rollouts;
+  exploration.in_flight = budget.in_flight;
+  return exploration;
+}
+
+std::string read_task(const json& settings) {
+  json scratch;
+  SettingsReader reader(settings, "task", scratch);
+  const std::string name = reader.string("name");
+  if (name.empty()) reader.refuse("name", "must not be empty");
+  json task_settings = settings;
+  task_settings.erase("name");
+  return json{{"name", name}, {"settings", std::move(task_settings)}}.dump();
+}
+
+ConfigError in_condition(const ConfigError& error, const std::string& condition) {
+  return {error.key(), error.value(), fmt::format("{} (condition {})", error.rule(), condition)};
+}
+
+/// Reads the conditions of a document one after the other.
+class StudyBuilder {
+ public:
+  explicit StudyBuilder(const StudyDocument& document) : document_(document) {}
+
+  void add_condition(std::size_t index) {
+    json settings;
+    SettingOrigins origins = document_.settings(index, settings);
+    const std::string& name = document_.name(index);
+    try {
+      loaded_.study.conditions.push_back(read(name, settings));
+    } catch (const ConfigError& error) {
+      throw StudyError(origin_of(origins, error.key()), in_condition(error, name));
+    } catch (const std::invalid_argument& error) {
+      // A mixture or a tree that cannot be, from settings that are each within their bounds.
+      throw StudyError(origin_of(origins, "policy"),
+                       in_condition(ConfigError("policy", "", error.what()), name));
+    }
+    loaded_.origins.push_back(std::move(origins));
+  }
+
+  LoadedStudy take() {
+    loaded_.resolved_toml = kResolvedComment;
+    append_toml(json{{"study", study_table_}}, "", loaded_.resolved_toml);
+    loaded_.resolved_toml += conditions_toml_;
+    return std::move(loaded_);
+  }
+
+ private:
+  Condition read(const std::string& name, const json& settings) {
+    json study_table;
+    const Budget budget = read_study_table(settings.at("study"), loaded_.study, study_table);
+    check_totals(budget.num_rollouts);
+    std::string task_content = read_task(settings.at("task"));
+    const ResolvedPolicy& policy = policies_.get(settings.at("policy"));
+    json exploration_table;
+    Condition condition{.name = name,
+                        .task_content = std::move(task_content),
+                        .start = policy.start.tree,
+                        .layout = policy.start.layout,
+                        .exploration = read_exploration(settings.at("exploration"), policy.start,
+                                                        budget, exploration_table)};
+    check_message_sizes(condition);
+
+    for (const char* own : {"rollouts", "in_flight"}) study_table.erase(own);
+    study_table_ = std::move(study_table);
+    append_resolved(
+        json{{"name", name},
+             {"study", {{"rollouts", budget.num_rollouts}, {"in_flight", budget.in_flight}}},
+             {"task", settings.at("task")},
+             {"policy", policy.settings},
+             {"exploration", exploration_table}});
+    return condition;
+  }
+
+  void append_resolved(const json& condition) {
+    conditions_toml_ += "\n[[conditions]]\n";
+    append_toml(condition, "conditions", conditions_toml_);
+    if (conditions_toml_.size() + kResolvedHeadBytesMax <= kStudyBytesMax) return;
+    throw ConfigError("", "",
+                      fmt::format("the study is too large: with all settings of each condition it "
+                                  "must be at most {} bytes",
+                                  kStudyBytesMax));
+  }
+
+  void check_totals(std::int64_t num_rollouts) {
+    const std::int64_t repetitions = loaded_.study.repetitions;
+    const auto num_conditions = static_cast<std::int64_t>(document_.num_conditions());
+    if (num_conditions * repetitions > kRunsMax) {
+      throw ConfigError("study.repetitions", std::to_string(repetitions),
+                        fmt::format("{} conditions times {} repetitions: must be at most {} runs",
+                                    num_conditions, repetitions, kRunsMax));
+    }
+    num_rollouts_ += num_rollouts * repetitions;
+    if (num_rollouts_ > kRolloutsTotalMax) {
+      throw ConfigError(
+          "study.rollouts", std::to_string(num_rollouts),
+          fmt::format("the roll-outs of all runs must be at most {} together", kRolloutsTotalMax));
+    }
+  }
+
+  const StudyDocument& document_;
+  PolicyCache policies_;
+  LoadedStudy loaded_;
+  json study_table_;
+  std::string conditions_toml_;
+  std::int64_t num_rollouts_ = 0;
+};
+
+}  // namespace
+
+LoadedStudy load_study(const std::filesystem::path& file,
+                       const std::vector<std::string>& overrides) {
+  const StudyDocument document(file, overrides);
+  StudyBuilder builder(document);
+  for (std::size_t i = 0; i < document.num_conditions(); ++i) builder.add_condition(i);
+  return builder.take();
+}
+
+StudyError condition_error(const LoadedStudy& loaded, std::size_t condition,
+                           const ConfigError& error) {
+  return {origin_of(loaded.origins.at(condition), error.key()),
+          in_condition(error, loaded.study.conditions.at(condition).name)};
+}
+
+void check_task(const LoadedStudy& loaded, std::size_t condition, TaskDims task) {
+  const Gmm policy = loaded.study.conditions.at(condition).start.finest();
+  if (policy.input_dim() == task.input_dim && policy.output_dim() == task.output_dim) return;
+  throw condition_error(
+      loaded, condition,
+      ConfigError(
+          "policy", "",
+          fmt::format("has {} inputs and {} outputs, must have {} inputs and {} outputs for "
+                      "this task",
+                      policy.input_dim(), policy.output_dim(), task.input_dim, task.output_dim)));
+}
+
+}  // namespace treeroll

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace treeroll {
+
+/// A file that appears under its name complete or not at all: it is written beside it as NAME.tmp,
+/// synced and renamed. Every failing call throws std::runtime_error with the path and the system's
+/// reason ("cannot write runs/rollouts.csv: No space left on device"), and a file that is never
+/// committed leaves nothing behind. One thread.
+///
+///   AtomicFile file(directory / "runs.csv");
+///   file.append(line);
+///   file.commit();
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::filesystem::path path);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  void append(std::string_view text);
+  /// Precondition: not committed before.
+  void commit();
+
+ private:
+  void flush();
+  [[noreturn]] void fail(int error) const;
+
+  std::filesystem::path path_;
+  std::filesystem::path temporary_;
+  int descriptor_ = -1;
+  std::string buffer_;
+};
+
+/// One whole file.
+void write_atomically(const std::filesystem::path& path, std::string_view text);
+
+}  // namespace treeroll

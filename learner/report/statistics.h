@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+namespace treeroll {
+
+struct Interval {
+  double low = 0;
+  double high = 0;
+  bool operator==(const Interval&) const = default;
+};
+
+/// Where the mean of the population lies with 95 % confidence, by Student's t: values independent
+/// and about normal. Nothing for fewer than two values, which say nothing about their spread.
+std::optional<Interval> mean_interval_95(const std::vector<double>& values);
+
+/// Nothing for no value.
+std::optional<double> mean(const std::vector<double>& values);
+/// The middle one, or the mean of the two in the middle. Nothing for no value.
+std::optional<double> median(std::vector<double> values);
+
+}  // namespace treeroll

@@ -1,0 +1,64 @@
+#include "learner/report/statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace treeroll {
+namespace {
+
+// Quantiles of Student's t at .975 as printed in tables (three decimals), by degrees of freedom.
+struct TableEntry {
+  int degrees;
+  double quantile;
+};
+constexpr TableEntry kPrintedTable[] = {{1, 12.706}, {2, 4.303},  {3, 3.182}, {4, 2.776},
+                                        {9, 2.262},  {29, 2.045}, {99, 1.984}};
+
+TEST(StatisticsTest, TheIntervalUsesTheQuantilesOfPrintedTables) {
+  for (const auto& [degrees, quantile] : kPrintedTable) {
+    // n values around 0 of which two differ from it: sum of squares 2, deviation sqrt(2 / degrees).
+    std::vector<double> values(static_cast<std::size_t>(degrees) + 1, 0.0);
+    values[0] = 1;
+    values[1] = -1;
+    const auto interval = mean_interval_95(values);
+    ASSERT_TRUE(interval);
+    const double standard_error = std::sqrt(2.0 / degrees / (degrees + 1));
+    EXPECT_NEAR(interval->high / standard_error, quantile, 6e-4) << degrees;
+    EXPECT_DOUBLE_EQ(interval->low, -interval->high);
+  }
+}
+
+TEST(StatisticsTest, TheIntervalOfFiveNumbersIsTheOneComputedByHand) {
+  // Mean .9; squares .01 + .0025 + 0 + .0025 + .01 = .025; s = sqrt(.00625);
+  // s / sqrt(5) = .0353553; times 2.776445 = .0981622.
+  const auto interval = mean_interval_95({.8, .85, .9, .95, 1});
+  ASSERT_TRUE(interval);
+  EXPECT_NEAR(interval->low, .8018378, 1e-6);
+  EXPECT_NEAR(interval->high, .9981622, 1e-6);
+}
+
+TEST(StatisticsTest, OneValueHasNoInterval) {
+  EXPECT_EQ(mean_interval_95({.5}), std::nullopt);
+  EXPECT_EQ(mean_interval_95({}), std::nullopt);
+}
+
+TEST(StatisticsTest, EqualValuesHaveAnIntervalOfNoWidth) {
+  EXPECT_EQ(mean_interval_95({.5, .5, .5}), (Interval{.low = .5, .high = .5}));
+}
+
+TEST(StatisticsTest, TheMedianOfAnEvenNumberLiesBetweenTheMiddleTwo) {
+  EXPECT_EQ(median({4, 1, 3}), 3);
+  EXPECT_EQ(median({4, 1, 3, 2}), 2.5);
+  EXPECT_EQ(median({7}), 7);
+  EXPECT_EQ(median({}), std::nullopt);
+}
+
+TEST(StatisticsTest, NoValuesHaveNoMean) {
+  EXPECT_EQ(mean({}), std::nullopt);
+  EXPECT_EQ(mean({1, 2, 6}), 3);
+}
+
+}  // namespace
+}  // namespace treeroll
