@@ -82,13 +82,16 @@ std::string name_of(const json& value, const std::string& path) {
   return fmt::format("{}", fmt::join(parts, "_"));
 }
 
-const json& list_of(const json& entry, const std::string& key, const std::string& path) {
-  const auto found = entry.find(key);
-  const bool usable = found != entry.end() && found->is_array() && !found->empty();
-  if (!usable) throw ConfigError(path + "." + key, "", "must be a list that is not empty");
+const json& list_of(const json& table, const std::string& key, const std::string& path = "") {
+  const std::string full = path.empty() ? key : path + "." + key;
+  const auto found = table.find(key);
+  if (found == table.end()) throw ConfigError(full, "", "is required and missing");
+  if (!found->is_array() || found->empty()) {
+    throw ConfigError(full, "", "must be a list that is not empty");
+  }
   if (found->size() > kConditionsMax) {
     throw ConfigError(
-        path + "." + key, "",
+        full, "",
         fmt::format("holds {} entries: must be at most {}", found->size(), kConditionsMax));
   }
   return *found;
@@ -246,7 +249,7 @@ StudyDocument::StudyDocument(const std::filesystem::path& file,
     }
     if (document.contains("conditions")) {
       std::vector<Factor> conditions;
-      for (const json& entry : list_of(document, "conditions", "")) {
+      for (const json& entry : list_of(document, "conditions")) {
         conditions.push_back(
             read_named(entry, fmt::format("conditions[{}]", conditions.size()), origins));
       }
@@ -254,7 +257,7 @@ StudyDocument::StudyDocument(const std::filesystem::path& file,
     }
     if (document.contains("axes")) {
       std::size_t index = 0;
-      for (const json& axis : list_of(document, "axes", "")) {
+      for (const json& axis : list_of(document, "axes")) {
         parts_->factors.push_back(
             read_axis(axis, fmt::format("axes[{}]", index++), origins, axis_keys));
       }
