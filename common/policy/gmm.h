@@ -12,12 +12,18 @@ struct Component {
   Eigen::MatrixXd covariance;  ///< d x d, symmetric positive definite
 };
 
+/// Bounds of the numbers of a mixture: no mean is farther from 0, no variance is smaller or
+/// larger. They keep every product in a regression far from overflow.
+inline constexpr double kGmmMagnitudeMax = 1e50;
+inline constexpr double kGmmVarianceMin = 1e-50;
+
 /// Gaussian mixture over [input; output], thesis, (A-5), (A-6). Immutable.
 class Gmm {
  public:
   /// Throws std::invalid_argument naming the component and the rule if: there is no component; the
-  /// sizes differ; input_dim is not in [1, d); a number is not finite; a prior is negative or all
-  /// are zero; a covariance is not symmetric positive definite. Priors are kept as given: GMR does
+  /// sizes differ; input_dim is not in [1, d); a number is not finite or past the bounds above; a
+  /// prior is negative or all are zero; a covariance is not symmetric (up to rounding: the lower
+  /// triangle is then taken for both) or not positive definite. Priors are kept as given: GMR does
   /// not need them to sum to one.
   Gmm(int input_dim, std::vector<Component> components);
 
@@ -26,11 +32,15 @@ class Gmm {
   int dim() const { return static_cast<int>(components_[0].mean.size()); }  ///< d
   int num_components() const { return static_cast<int>(components_.size()); }
   const std::vector<Component>& components() const { return components_; }
-  const Component& operator[](int k) const { return components_[k]; }
+  const Component& operator[](int k) const { return components_[static_cast<std::size_t>(k)]; }
 
  private:
   int input_dim_;
   std::vector<Component> components_;
 };
+
+/// The matrix whose two triangles are the lower one of `matrix`: undoes what rounding did to a
+/// product that is symmetric on paper.
+Eigen::MatrixXd mirrored(const Eigen::MatrixXd& matrix);
 
 }  // namespace treeroll

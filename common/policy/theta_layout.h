@@ -20,8 +20,10 @@ int theta_dim_per_component(ThetaLayout layout, int input_dim, int output_dim);
 Eigen::VectorXd to_theta(ThetaLayout layout, const Gmm& gmm);
 
 /// The mixture with theta in place of its own: phi is taken from `gmm`. Precondition: theta is
-/// finite and has the size of to_theta(layout, gmm). Always positive definite: the diagonal
-/// blocks of L are phi's.
+/// finite and has the size of to_theta(layout, gmm). Positive definite on paper, since the diagonal
+/// blocks of L are phi's; throws std::invalid_argument, naming the component, where theta is so
+/// large (psi some 1e7 times the deviation it sits beside, a mean past kGmmMagnitudeMax) that this
+/// is lost in rounding.
 Gmm with_theta(ThetaLayout layout, const Gmm& gmm, const Eigen::Ref<const Eigen::VectorXd>& theta);
 
 }  // namespace treeroll
