@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <vector>
 
 #include "common/base/result.h"
 
@@ -26,6 +25,9 @@ struct CartPendulumState {
   bool operator==(const CartPendulumState&) const = default;
 };
 
+/// Whether all six numbers are.
+bool is_finite(const CartPendulumState& state);
+
 /// Acceleration of the cart in m/s^2, at a time in s and a state.
 using CartAcceleration = std::function<double(double time_s, const CartPendulumState& state)>;
 
@@ -35,13 +37,22 @@ using StateVisitor =
     std::function<bool(double time_s, const CartPendulumState& state, double cart_acceleration)>;
 
 /// A plant: a state and an input in, states over time out. Knows no policy and no reward.
+///
+///   sim::Rk4Plant plant(sim::DoublePendulum{}, 1e-3);
+///   auto end = plant.simulate(start, 2.5, input, [](double, const auto&, double) { return true;
+///   }); if (!end) ...  // diverged
+///
+/// One thread at a time. A simulation does not depend on the ones before it: the same start and
+/// input give the same bits.
 class CartPendulumPlant {
  public:
   virtual ~CartPendulumPlant() = default;
-  /// Simulates from `start` for duration_s. The visitor sees every output step (the plant's own
-  /// step, or output_step_s for an adaptive integrator).
-  /// @return the final state, or an error if the state left the finite numbers or the integrator
-  ///         could not go on (a diverged roll-out).
+  /// Simulates from `start` for duration_s (finite, not negative). The visitor sees every output
+  /// step (the plant's own step, or output_step_s for an adaptive integrator); the last one is
+  /// shorter where the duration is not a multiple of it. Input and visitor may throw.
+  /// @return the final state (the one at which the visitor said stop), or an error if a state or
+  ///         the input left the finite numbers or the integrator could not go on (a diverged
+  ///         roll-out). The visitor never sees a state that is not finite.
   virtual Result<CartPendulumState> simulate(const CartPendulumState& start, double duration_s,
                                              const CartAcceleration& input,
                                              const StateVisitor& visit) = 0;

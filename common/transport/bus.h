@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -31,28 +32,36 @@ const char* channel_name(Channel channel);
 /// What the bus has seen; all counts since it was opened.
 struct BusStatistics {
   std::int64_t num_published = 0;
+  std::int64_t num_unsent = 0;     ///< messages that could not be sent
+  std::string last_publish_error;  ///< why the last one could not, empty if none
   std::int64_t num_received = 0;
-  std::int64_t num_rejected = 0;  ///< datagrams refused by the codec
+  std::int64_t num_rejected = 0;  ///< messages on a wanted channel refused by the codec
   std::string last_rejection;     ///< why the last one was, empty if none
-  std::int32_t receive_buffer_bytes = 0;
+  std::int64_t num_foreign = 0;   ///< datagrams past the kernel's filter that are no LCM message
+  std::int32_t receive_buffer_bytes = 0;  ///< of messages that wait to be read
 };
 
 /// Publishes and receives messages on one LCM URL. Single thread, the loop's.
 class Bus {
  public:
   virtual ~Bus() = default;
-  /// Encodes and sends on the message's channel. A message that cannot be sent (too large, no
-  /// network) is counted and logged once a kind, not thrown: the protocol survives loss.
+  /// Encodes and sends on the message's channel. A message that cannot be sent (no network) or
+  /// that a receiver would refuse (too large, past a limit, not finite) is counted, with the reason
+  /// in the statistics: the protocol survives loss.
   virtual void publish(const protocol::Message& message) = 0;
   virtual BusStatistics statistics() const = 0;
-  /// True when messages leave this host (udpm with ttl > 0, or another provider).
+  /// True when messages leave this host (udpm with ttl > 0, tcpq).
   virtual bool crosses_hosts() const = 0;
+  /// What to fill a batch to while it holds more than one roll-out: one Ethernet frame where
+  /// datagrams cross hosts, so that no fragment can be lost alone.
+  virtual std::size_t batch_bytes_max() const;
 };
 
 struct BusOptions {
   std::string url;                ///< resolve_url()
   std::vector<Channel> channels;  ///< to receive
-  /// Called in the loop for each message that passed every check. Must not throw.
+  /// Called in the loop for each message that passed every check, one's own included. Must not
+  /// throw, nor destroy the bus.
   std::function<void(const protocol::Message&)> on_message;
 };
 
@@ -60,7 +69,8 @@ struct BusOptions {
 std::string resolve_url(const std::string& option);
 
 /// Fails with one line for a person: a URL that cannot be read (what and where), no multicast
-/// route (with the command that adds one), an address in use, no tcpq server.
+/// route (with the command that adds one), an address in use, no tcpq server. The loop must outlive
+/// the bus. Fork before: liblcm does not survive it.
 Result<std::unique_ptr<Bus>> open_bus(Loop& loop, BusOptions options);
 
 }  // namespace treeroll::transport

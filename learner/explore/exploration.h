@@ -69,7 +69,6 @@ class Exploration {
   const std::vector<int>& switches() const;
   /// Slope and mean of the rewards in the convergence window of this layer; nothing before two.
   std::optional<double> reward_slope() const;
-  std::optional<double> mean_reward() const;
 
  private:
   // (the room decides)

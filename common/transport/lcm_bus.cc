@@ -1,0 +1,66 @@
+#include "common/transport/lcm_bus.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "common/protocol/limits.h"
+#include "common/transport/codec.h"
+
+namespace treeroll::transport {
+
+LcmBus::LcmBus(LcmHandle lcm, LcmUrl url, BusOptions options)
+    : lcm_(std::move(lcm)), url_(std::move(url)), options_(std::move(options)) {}
+
+void LcmBus::publish(const protocol::Message& message) {
+  const Channel channel = channel_of(message);
+  const std::vector<std::byte> bytes = encode(message);
+  // What every receiver would refuse is not sent: size, limits, a reward that is no number.
+  auto refused = refusal(channel, bytes);
+  if (!refused) {
+    errno = 0;
+    if (lcm_publish(lcm_.get(), channel_name(channel), bytes.data(),
+                    static_cast<unsigned>(bytes.size())) == 0) {
+      ++statistics_.num_published;
+      return;
+    }
+    refused = fmt::format("sending {} bytes failed: {}", bytes.size(),
+                          errno == 0 ? "liblcm does not say why" : std::strerror(errno));
+  }
+  ++statistics_.num_unsent;
+  statistics_.last_publish_error = fmt::format("{}: {}", channel_name(channel), *refused);
+}
+
+bool LcmBus::crosses_hosts() const {
+  switch (url_.provider) {
+    case Provider::kUdpm:
+      return url_.ttl > 0;
+    case Provider::kTcpq:
+      return true;
+    case Provider::kMemq:
+    case Provider::kFile:
+      return false;
+  }
+  return true;
+}
+
+std::size_t LcmBus::batch_bytes_max() const {
+  // Small batches are for datagrams, whose fragments are lost one by one.
+  const bool fragments = url_.provider == Provider::kUdpm && url_.ttl > 0;
+  return fragments ? protocol::kBatchBytesRemoteMax : protocol::kBatchBytesLocalMax;
+}
+
+void LcmBus::take(Channel channel, std::span<const std::byte> bytes) {
+  const Result<protocol::Message> message = decode(channel, bytes);
+  if (!message) {
+    ++statistics_.num_rejected;
+    statistics_.last_rejection = message.error().message;
+    return;
+  }
+  ++statistics_.num_received;
+  options_.on_message(*message);
+}
+
+}  // namespace treeroll::transport

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <lcm/lcm.h>
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "common/base/result.h"
+#include "common/transport/bus.h"
+#include "common/transport/lcm_url.h"
+#include "common/transport/loop.h"
+
+namespace treeroll::transport {
+
+struct LcmDestroyer {
+  void operator()(lcm_t* lcm) const { lcm_destroy(lcm); }
+};
+using LcmHandle = std::unique_ptr<lcm_t, LcmDestroyer>;
+
+/// What all providers share: publishing through liblcm, and taking what was received through the
+/// codec. How messages are received is the subclass's part.
+class LcmBus : public Bus {
+ public:
+  void publish(const protocol::Message& message) override;
+  BusStatistics statistics() const override { return statistics_; }
+  bool crosses_hosts() const override;
+  std::size_t batch_bytes_max() const override;
+
+ protected:
+  LcmBus(LcmHandle lcm, LcmUrl url, BusOptions options);
+  /// Decodes and hands over, or counts the refusal.
+  void take(Channel channel, std::span<const std::byte> bytes);
+
+  LcmHandle lcm_;
+  LcmUrl url_;
+  BusOptions options_;
+  BusStatistics statistics_;
+};
+
+/// udpm: receives on a MulticastReceiver.
+Result<std::unique_ptr<Bus>> open_udpm_bus(Loop& loop, LcmUrl url, BusOptions options);
+/// Every other provider: receives through liblcm's descriptor.
+Result<std::unique_ptr<Bus>> open_descriptor_bus(Loop& loop, LcmUrl url, BusOptions options);
+
+}  // namespace treeroll::transport

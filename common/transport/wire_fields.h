@@ -1,0 +1,263 @@
+#pragma once
+
+#include <type_traits>
+#include <variant>
+
+#include "common/protocol/limits.h"
+#include "common/protocol/messages.h"
+#include "treeroll/best_policy_t.hpp"
+#include "treeroll/definition_report_t.hpp"
+#include "treeroll/definition_request_t.hpp"
+#include "treeroll/learner_status_t.hpp"
+#include "treeroll/policy_definition_t.hpp"
+#include "treeroll/reward_batch_t.hpp"
+#include "treeroll/rollout_batch_t.hpp"
+#include "treeroll/run_status_t.hpp"
+#include "treeroll/task_definition_t.hpp"
+#include "treeroll/worker_status_t.hpp"
+
+/// The one place that says which field of an LCM type is which field of a message, and the rule
+/// for it. Each `visit` names the fields in the order in which lcm-gen writes them; the visitor
+/// copies one way (codec.cc), or the other, or checks the raw bytes (wire_check.h). A field that
+/// is forgotten or out of order fails the round trip of every message in tests/transport.
+///
+/// What a visitor is asked, with the field's name, the message's field and the LCM field:
+///   count        an integer that is not negative
+///   integer      any integer
+///   number       a finite double
+///   flag         a boolean
+///   status       a RolloutStatus
+///   hash         16 bytes
+///   text         a UTF-8 string of at most so many bytes, without a NUL
+///   record       a part
+///   records      a list of at most so many parts, with the field that counts them
+///   numbers      a list of at most so many finite doubles
+///   hashes       a list of at most so many 16 bytes
+///   mac          the authentication code, which messages do not carry
+namespace treeroll::transport::wire {
+
+template <class Message>
+struct Fields;
+
+template <>
+struct Fields<protocol::RolloutKey> {
+  using Wire = rollout_key_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("run", m.run, w.run);
+    v.integer("number", m.number, w.number);
+  }
+};
+
+template <>
+struct Fields<protocol::RolloutRequest> {
+  using Wire = rollout_request_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("worker_id", m.worker_id, w.worker_id);
+    v.record("key", m.key, w.key);
+    v.count("attempt", m.attempt, w.attempt);
+    v.integer("content", m.content, w.content);
+    v.hash("task_id", m.task_id, w.task_id);
+    v.hash("policy_id", m.policy_id, w.policy_id);
+    v.integer("task_seed", m.task_seed, w.task_seed);
+    v.numbers("theta", m.theta, w.theta_dim, w.theta, protocol::kThetaDimMax);
+  }
+};
+
+template <>
+struct Fields<protocol::Acknowledgement> {
+  using Wire = acknowledgement_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("worker_id", m.worker_id, w.worker_id);
+    v.count("result_index", m.result_index, w.result_index);
+  }
+};
+
+template <>
+struct Fields<protocol::RolloutBatch> {
+  using Wire = rollout_batch_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("learner_id", m.learner_id, w.learner_id);
+    v.count("sequence", m.sequence, w.sequence);
+    v.records("rollouts", m.rollouts, w.num_rollouts, w.rollouts, protocol::kRolloutsPerBatchMax);
+    v.records("acknowledgements", m.acknowledgements, w.num_acknowledgements, w.acknowledgements,
+              protocol::kAcknowledgementsPerBatchMax);
+    v.mac(w.mac);
+  }
+};
+
+template <>
+struct Fields<protocol::RolloutResult> {
+  using Wire = rollout_result_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.record("key", m.key, w.key);
+    v.count("attempt", m.attempt, w.attempt);
+    v.integer("content", m.content, w.content);
+    v.number("reward", m.reward, w.reward);
+    v.status("status", m.status, w.status);
+    v.count("duration_ns", m.duration_ns, w.duration_ns);
+  }
+};
+
+template <>
+struct Fields<protocol::RewardBatch> {
+  using Wire = reward_batch_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("worker_id", m.worker_id, w.worker_id);
+    v.count("learner_id", m.learner_id, w.learner_id);
+    v.count("last_batch", m.last_batch, w.last_batch);
+    v.count("free_slots", m.free_slots, w.free_slots);
+    v.count("first_index", m.first_index, w.first_index);
+    v.records("results", m.results, w.num_results, w.results, protocol::kResultsPerBatchMax);
+    v.records("held", m.held, w.num_held, w.held, protocol::kHeldPerMessageMax);
+    v.mac(w.mac);
+  }
+};
+
+template <>
+struct Fields<protocol::HeldRollouts> {
+  using Wire = held_rollouts_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("learner_id", m.learner_id, w.learner_id);
+    v.count("last_batch", m.last_batch, w.last_batch);
+    v.records("keys", m.keys, w.num_keys, w.keys, protocol::kHeldPerMessageMax);
+  }
+};
+
+template <>
+struct Fields<protocol::WorkerStatus> {
+  using Wire = worker_status_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("worker_id", m.worker_id, w.worker_id);
+    v.text("host", m.host, w.host, protocol::kStringBytesMax);
+    v.count("pid", m.pid, w.pid);
+    v.text("version", m.version, w.version, protocol::kStringBytesMax);
+    v.text("numeric_class", m.numeric_class, w.numeric_class, protocol::kStringBytesMax);
+    v.count("num_evaluators", m.num_evaluators, w.num_evaluators);
+    v.count("free_slots", m.free_slots, w.free_slots);
+    v.count("receive_buffer_bytes", m.receive_buffer_bytes, w.receive_buffer_bytes);
+    v.flag("draining", m.draining, w.draining);
+    v.count("num_evaluated", m.num_evaluated, w.num_evaluated);
+    v.count("num_failed", m.num_failed, w.num_failed);
+    v.count("num_repeated", m.num_repeated, w.num_repeated);
+    v.count("num_restarts", m.num_restarts, w.num_restarts);
+    v.count("num_rejected", m.num_rejected, w.num_rejected);
+    v.records("held", m.held, w.num_held, w.held, protocol::kLearnersPerStatusMax);
+    v.mac(w.mac);
+  }
+};
+
+template <>
+struct Fields<protocol::TaskDefinition> {
+  using Wire = task_definition_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("learner_id", m.learner_id, w.learner_id);
+    v.hash("task_id", m.task_id, w.task_id);
+    v.text("content", m.content, w.content, protocol::kDefinitionBytesMax);
+    v.mac(w.mac);
+  }
+};
+
+template <>
+struct Fields<protocol::PolicyDefinition> {
+  using Wire = policy_definition_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("learner_id", m.learner_id, w.learner_id);
+    v.hash("policy_id", m.policy_id, w.policy_id);
+    v.text("content", m.content, w.content, protocol::kDefinitionBytesMax);
+    v.mac(w.mac);
+  }
+};
+
+template <>
+struct Fields<protocol::DefinitionRequest> {
+  using Wire = definition_request_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("worker_id", m.worker_id, w.worker_id);
+    v.count("learner_id", m.learner_id, w.learner_id);
+    v.hashes("task_ids", m.task_ids, w.num_task_ids, w.task_ids,
+             protocol::kDefinitionsPerRequestMax);
+    v.hashes("policy_ids", m.policy_ids, w.num_policy_ids, w.policy_ids,
+             protocol::kDefinitionsPerRequestMax);
+    v.mac(w.mac);
+  }
+};
+
+template <>
+struct Fields<protocol::DefinitionReport> {
+  using Wire = definition_report_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("worker_id", m.worker_id, w.worker_id);
+    v.count("learner_id", m.learner_id, w.learner_id);
+    v.hash("definition_id", m.definition_id, w.definition_id);
+    v.flag("accepted", m.accepted, w.accepted);
+    v.text("text", m.text, w.text, protocol::kDefinitionBytesMax);
+    v.mac(w.mac);
+  }
+};
+
+template <>
+struct Fields<protocol::LearnerStatus> {
+  using Wire = learner_status_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("learner_id", m.learner_id, w.learner_id);
+    v.text("study", m.study, w.study, protocol::kStringBytesMax);
+    v.text("waiting_for", m.waiting_for, w.waiting_for, protocol::kStringBytesMax);
+    v.number("elapsed_s", m.elapsed_s, w.elapsed_s);
+    v.count("num_runs", m.num_runs, w.num_runs);
+    v.count("num_runs_done", m.num_runs_done, w.num_runs_done);
+    v.count("num_workers", m.num_workers, w.num_workers);
+    v.count("num_evaluators", m.num_evaluators, w.num_evaluators);
+    v.count("num_rollouts", m.num_rollouts, w.num_rollouts);
+    v.count("num_issued", m.num_issued, w.num_issued);
+    v.count("num_applied", m.num_applied, w.num_applied);
+    v.count("num_pending", m.num_pending, w.num_pending);
+    v.count("num_late", m.num_late, w.num_late);
+    v.count("num_duplicate", m.num_duplicate, w.num_duplicate);
+    v.count("num_failed", m.num_failed, w.num_failed);
+    v.count("num_rejected", m.num_rejected, w.num_rejected);
+    v.count("num_reissued", m.num_reissued, w.num_reissued);
+    v.count("num_conflicting", m.num_conflicting, w.num_conflicting);
+    v.number("best_reward", m.best_reward, w.best_reward);
+    v.mac(w.mac);
+  }
+};
+
+template <>
+struct Fields<protocol::RunStatus> {
+  using Wire = run_status_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("learner_id", m.learner_id, w.learner_id);
+    v.count("run", m.run, w.run);
+    v.text("condition", m.condition, w.condition, protocol::kStringBytesMax);
+    v.count("repetition", m.repetition, w.repetition);
+    v.count("layer", m.layer, w.layer);
+    v.count("num_rollouts", m.num_rollouts, w.num_rollouts);
+    v.count("num_applied", m.num_applied, w.num_applied);
+    v.count("num_failed", m.num_failed, w.num_failed);
+    v.count("num_switches", m.num_switches, w.num_switches);
+    v.number("last_reward", m.last_reward, w.last_reward);
+    v.number("mean_reward", m.mean_reward, w.mean_reward);
+    v.number("best_reward", m.best_reward, w.best_reward);
+    v.number("reward_slope", m.reward_slope, w.reward_slope);
+    v.number("noise_deviation", m.noise_deviation, w.noise_deviation);
+    v.flag("done", m.done, w.done);
+    v.mac(w.mac);
+  }
+};
+
+template <>
+struct Fields<protocol::BestPolicy> {
+  using Wire = best_policy_t;
+  static void visit(auto& v, auto& m, auto& w) {
+    v.count("learner_id", m.learner_id, w.learner_id);
+    v.count("run", m.run, w.run);
+    v.text("condition", m.condition, w.condition, protocol::kStringBytesMax);
+    v.count("repetition", m.repetition, w.repetition);
+    v.integer("rollout", m.rollout, w.rollout);
+    v.number("reward", m.reward, w.reward);
+    v.text("policy", m.policy, w.policy, protocol::kDefinitionBytesMax);
+    v.mac(w.mac);
+  }
+};
+
+}  // namespace treeroll::transport::wire

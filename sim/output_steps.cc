@@ -1,0 +1,43 @@
+#include "sim/output_steps.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+
+namespace treeroll::sim {
+namespace {
+
+/// A duration that is a multiple of the step but for rounding does not get a sliver of a step.
+std::int64_t num_steps(double duration_s, double step_s) {
+  constexpr double kRounding = 1e-9;
+  return static_cast<std::int64_t>(std::ceil(duration_s / step_s - kRounding));
+}
+
+}  // namespace
+
+Error not_finite(std::string_view what, double time_s) {
+  return Error{fmt::format("diverged: the {} is not finite at {:.6g} s", what, time_s)};
+}
+
+Result<CartPendulumState> run_output_steps(const CartPendulumState& start, double duration_s,
+                                           double step_s, const CartAcceleration& input,
+                                           const StateVisitor& visit, const StateStep& advance) {
+  CHECK(std::isfinite(duration_s) && duration_s >= 0, "the duration is finite and not negative");
+  CHECK(std::isfinite(step_s) && step_s > 0, "the step is finite and positive");
+  const std::int64_t last = num_steps(duration_s, step_s);
+  CartPendulumState state = start;
+  for (std::int64_t k = 0;; ++k) {
+    const double time_s = k == last ? duration_s : static_cast<double>(k) * step_s;
+    if (!is_finite(state)) return not_finite("state", time_s);
+    const double cart_acceleration = input(time_s, state);
+    if (!std::isfinite(cart_acceleration)) return not_finite("cart's acceleration", time_s);
+    if (!visit(time_s, state, cart_acceleration) || k == last) return state;
+    const double next_s = k + 1 == last ? duration_s : static_cast<double>(k + 1) * step_s;
+    Result<CartPendulumState> next = advance(time_s, next_s - time_s, state, cart_acceleration);
+    if (!next) return next.error();
+    state = *next;
+  }
+}
+
+}  // namespace treeroll::sim

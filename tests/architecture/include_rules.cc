@@ -1,0 +1,83 @@
+#include <regex>
+
+#include "tests/architecture/rooms.h"
+#include "tests/architecture/rules.h"
+
+namespace treeroll::architecture {
+namespace {
+
+/// A library that only some rooms may include.
+struct Owned {
+  std::regex included;
+  std::string owner;
+  std::string instead;
+};
+
+const std::vector<Owned>& owned_libraries() {
+  static const std::vector<Owned> libraries = {
+      {std::regex(R"(^lcm/|^(treeroll|lcmtypes)/.*_t\.hpp$)"), "common/transport",
+       "LCM is known to common/transport alone: use common/protocol/messages.h and its Bus"},
+      {std::regex(R"(^ode/)"), "sim", "ODE is known to sim alone: use a plant of sim"},
+      {std::regex(R"(^Random123/)"), "common/base",
+       "use RandomStream of common/base/random_stream.h"},
+  };
+  return libraries;
+}
+
+std::string join(const std::set<std::string>& words) {
+  std::string joined;
+  for (const std::string& word : words) joined += (joined.empty() ? "" : ", ") + word;
+  return joined;
+}
+
+std::vector<Finding> check_arrow(const SourceFile& file, const Include& include,
+                                 const std::string& room) {
+  const std::string target = room_of(include.included);
+  if (target.empty()) {
+    return {{file.path, include.line,
+             "\"" + include.included + "\" is in no room: include from the root of the tree, " +
+                 "libraries with <>"}};
+  }
+  const std::set<std::string> allowed = reachable(room);
+  if (allowed.contains(target)) return {};
+  return {{file.path, include.line,
+           room + " may not include " + target + "; it may include: " + join(allowed) +
+               " (the arrows stand in tests/architecture/rooms.cc)"}};
+}
+
+}  // namespace
+
+std::vector<Finding> check_includes(const SourceFile& file) {
+  static const std::regex heavy(
+      R"(^(nlohmann/json\.hpp|fmt/|toml\+\+/|boost/asio|boost/numeric/odeint|sodium\.h|spdlog/|sleef\.h|CLI/))");
+  static const std::regex disk_or_network(
+      R"(^(fstream|iostream|filesystem|thread|mutex|ctime|time\.h|unistd\.h|sys/.*|netinet/.*|boost/asio.*|spdlog/.*)$)");
+  const std::string room = room_of(file.path);
+  std::vector<Finding> findings;
+  if (room.empty()) return findings;
+  for (const Include& include : file.includes) {
+    bool owned = false;
+    for (const Owned& library : owned_libraries()) {
+      if (!std::regex_search(include.included, library.included)) continue;
+      owned = true;
+      if (room != library.owner) findings.push_back({file.path, include.line, library.instead});
+    }
+    if (include.quoted && !owned) {
+      for (Finding& finding : check_arrow(file, include, room)) findings.push_back(finding);
+    }
+    if (file.is_header() && std::regex_search(include.included, heavy)) {
+      findings.push_back({file.path, include.line,
+                          "<" + include.included +
+                              "> costs every includer seconds: include it in " +
+                              "the .cc; <nlohmann/json_fwd.hpp> or a forward declaration here"});
+    }
+    if (rooms().at(room).is_core && std::regex_search(include.included, disk_or_network)) {
+      findings.push_back({file.path, include.line,
+                          "<" + include.included + "> in a core: time, disk and network are " +
+                              "arguments or effects, carried out by the room's caller"});
+    }
+  }
+  return findings;
+}
+
+}  // namespace treeroll::architecture

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/architecture/source_file.h"
+
+namespace treeroll::architecture {
+
+/// A broken rule: where, what, and what to do instead.
+struct Finding {
+  std::string path;
+  int line = 0;  ///< from 1
+  std::string message;
+};
+
+/// "path:line: message", as compilers write it.
+std::string to_string(const Finding& finding);
+
+/// Includes: along the arrows of rooms.h, from the root; LCM only in common/transport, ODE only in
+/// sim; libraries that take seconds to compile only in .cc files.
+std::vector<Finding> check_includes(const SourceFile& file);
+
+/// What a core or a portable room must not name: clocks, random devices, the standard library's
+/// distributions, unordered containers, threads, disk and network, glibc's elementary functions.
+std::vector<Finding> check_words(const SourceFile& file);
+
+/// What holds for every text file: its name, its length, words left behind, `#pragma once`, and
+/// compiler flags that change results.
+std::vector<Finding> check_project(const SourceFile& file);
+
+/// Link lines of all CMake files: a room's targets link only targets of rooms it may include.
+std::vector<Finding> check_links(const std::vector<SourceFile>& files);
+
+/// All of the above over a tree.
+std::vector<Finding> check_tree(const std::vector<SourceFile>& files);
+
+}  // namespace treeroll::architecture

@@ -1,0 +1,223 @@
+// The service as its users run it: real daemons, real LCM on this host, real files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <thread>
+
+#include "tests/end_to_end/service.h"
+
+namespace treeroll::end_to_end {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+
+/// The swing-up in ODE: two conditions, five repetitions, about 5 s of processor time.
+constexpr const char* kSwingUp = R"(
+[study]
+name = "swing_up"
+seed = 4
+repetitions = 5
+rollouts = 100
+in_flight = 2
+order = "sequence"
+[task]
+name = "swing_up"
+plant = "ode"
+[policy]
+components = [2, 4]
+[exploration]
+noise_variance = [0.01, 0.3, 0.02]
+initial_noise_factor = 0.03
+convergence_window = 10
+[[conditions]]
+name = "tree"
+policy.model = "tree"
+[[conditions]]
+name = "flat"
+policy.model = "flat"
+)";
+
+/// Ten runs of a thousand roll-outs that take half a millisecond each.
+constexpr const char* kTenThousand = R"(
+[study]
+name = "ten_thousand"
+repetitions = 10
+rollouts = 1000
+[task]
+name = "synthetic"
+mode = "sleep"
+duration_us = 500
+[policy]
+model = "flat"
+components = [2]
+[exploration]
+noise_variance = [0.01, 0.1, 0.01]
+[[conditions]]
+name = "flat"
+)";
+
+std::vector<std::string> worker_arguments(const Service& service, int processes) {
+  return {"--processes", std::to_string(processes), "--lcm-url", service.url()};
+}
+
+Service::Learnt learn_with(const Service& service, std::vector<int> daemons) {
+  std::vector<std::unique_ptr<Daemon>> workers;
+  for (const int processes : daemons) {
+    workers.push_back(std::make_unique<Daemon>(
+        "treeroll-worker", worker_arguments(service, processes), service.directory()));
+  }
+  return service.learn(service.study(kSwingUp), {});
+}
+
+TEST(LearningTest, TheSameFilesComeOutWhateverWorkersThereAreAndHoweverTheyDie) {
+  const Service service;
+  const Service::Learnt reference = learn_with(service, {1});
+  ASSERT_EQ(reference.status, 0) << reference.log;
+  ASSERT_EQ(reference.summary["ledger"]["applied"], 1000);
+  for (const std::vector<int>& daemons : {std::vector<int>{2}, {5}, {1, 2}}) {
+    const Service::Learnt learnt = learn_with(service, daemons);
+    ASSERT_EQ(learnt.status, 0) << learnt.log;
+    EXPECT_EQ(learnt.rollouts_csv, reference.rollouts_csv);
+    EXPECT_EQ(learnt.runs_csv, reference.runs_csv);
+  }
+
+  // Two daemons; an evaluator of one is killed at work, then the whole daemon.
+  Daemon doomed("treeroll-worker", worker_arguments(service, 2), service.directory());
+  Daemon survivor("treeroll-worker", worker_arguments(service, 1), service.directory());
+  Daemon learner("treeroll-learner",
+                 {service.study(kSwingUp).string(), "--json", "--lcm-url", service.url(),
+                  "--state-dir", (service.directory() / "killed").string()},
+                 service.directory());
+  ASSERT_TRUE(eventually(seconds(20), [&] {
+    return learner.standard_error().find("has joined") != std::string::npos &&
+           doomed.children().size() == 2;
+  }));
+  std::this_thread::sleep_for(milliseconds(500));
+  const pid_t evaluator = doomed.children().at(0);
+  ::kill(evaluator, SIGKILL);
+  EXPECT_TRUE(eventually(
+      seconds(10),
+      [&] { return doomed.standard_error().find(std::to_string(evaluator)) != std::string::npos; }))
+      << "the daemon says nothing of its evaluator\n"
+      << doomed.standard_error();
+  std::this_thread::sleep_for(milliseconds(300));
+  doomed.kill(SIGKILL);
+  const Service::Learnt learnt = service.learnt(learner, "killed", seconds(100));
+  ASSERT_EQ(learnt.status, 0) << learnt.log;
+  EXPECT_EQ(learnt.rollouts_csv, reference.rollouts_csv);
+  EXPECT_EQ(learnt.runs_csv, reference.runs_csv);
+  EXPECT_GT(learnt.summary["ledger"]["reissued"], 0) << "the kills met no work";
+  EXPECT_EQ(learnt.summary["ledger"]["failed"], 0);
+}
+
+TEST(LearningTest, TenThousandRolloutsWithAWorkerThatJoinsLateAndOneThatLeaves) {
+  const Service service;
+  Daemon leaver("treeroll-worker", worker_arguments(service, 2), service.directory());
+  Daemon learner("treeroll-learner",
+                 {service.study(kTenThousand).string(), "--json", "--lcm-url", service.url(),
+                  "--state-dir", (service.directory() / "state").string()},
+                 service.directory());
+  ASSERT_TRUE(eventually(seconds(20), [&] {
+    return learner.standard_error().find("has joined") != std::string::npos;
+  }));
+  std::this_thread::sleep_for(milliseconds(500));
+  Daemon joiner("treeroll-worker", worker_arguments(service, 1), service.directory());
+  std::this_thread::sleep_for(milliseconds(700));
+  leaver.kill(SIGTERM);
+  EXPECT_EQ(leaver.wait(seconds(20)), 0) << leaver.standard_error();
+  const Service::Learnt learnt = service.learnt(learner, "state", seconds(100));
+  ASSERT_EQ(learnt.status, 0) << learnt.log;
+
+  EXPECT_EQ(learnt.summary["ledger"]["issued"], 10'000);
+  EXPECT_EQ(learnt.summary["ledger"]["applied"], 10'000);
+  EXPECT_EQ(learnt.summary["ledger"]["pending"], 0);
+  EXPECT_EQ(std::count(learnt.rollouts_csv.begin(), learnt.rollouts_csv.end(), '\n'), 10'001);
+  ASSERT_EQ(learnt.summary["workers"].size(), 2U);
+  std::int64_t accepted = 0;
+  for (const auto& worker : learnt.summary["workers"]) {
+    EXPECT_GT(worker["accepted"], 100);
+    accepted += worker["accepted"].get<std::int64_t>();
+    const bool left = worker["pid"] == leaver.pid();
+    EXPECT_EQ(worker["last_heard_s"] < learnt.summary["seconds"].get<double>() - 1, left);
+    EXPECT_EQ(worker["first_heard_s"] > .3, !left);
+  }
+  EXPECT_EQ(accepted, 10'000 + 10);  // and an evaluation of each final policy
+}
+
+TEST(LearningTest, LocalWorkersLearnAndEndWithTheirLearner) {
+  const Service service;
+  const Service::Learnt learnt = service.learn(
+      service.study(kSwingUp), {"--local-workers", "2", "--set", "study.rollouts=20", "--set",
+                                "task.plant=rk4", "--set", "task.step_s=0.005"});
+  ASSERT_EQ(learnt.status, 0) << learnt.log;
+  EXPECT_EQ(learnt.summary["ledger"]["applied"], 200);
+  EXPECT_EQ(learnt.summary["conditions"].size(), 2U);
+
+  Daemon learner("treeroll-learner",
+                 {service.study(kSwingUp).string(), "--local-workers", "1", "--lcm-url",
+                  service.url(), "--state-dir", (service.directory() / "killed").string()},
+                 service.directory());
+  ASSERT_TRUE(eventually(seconds(20), [&] {
+    return learner.standard_error().find("has joined") != std::string::npos;
+  }));
+  ASSERT_EQ(learner.children().size(), 1U);
+  const pid_t worker = learner.children()[0];
+  learner.kill(SIGKILL);
+  learner.wait(seconds(5));
+  EXPECT_TRUE(eventually(seconds(20), [&] {
+    return !std::filesystem::exists("/proc/" + std::to_string(worker)) ||
+           read_file("/proc/" + std::to_string(worker) + "/stat").find(") Z ") != std::string::npos;
+  }));
+}
+
+TEST(LearningTest, AStoppedLearnerKeepsWhatItHasAndSaysSo) {
+  const Service service;
+  Daemon learner(
+      "treeroll-learner",
+      {service.study(kTenThousand).string(), "--json", "--local-workers", "2", "--lcm-url",
+       service.url(), "--state-dir", (service.directory() / "state").string()},
+      service.directory());
+  ASSERT_TRUE(eventually(seconds(20), [&] {
+    return learner.standard_error().find("has joined") != std::string::npos;
+  }));
+  std::this_thread::sleep_for(milliseconds(300));
+  learner.kill(SIGTERM);
+  const Service::Learnt learnt = service.learnt(learner, "state", seconds(20));
+  EXPECT_EQ(learnt.status, 1);
+  EXPECT_THAT(learnt.log, HasSubstr("stopped early"));
+  const auto applied = learnt.summary["ledger"]["applied"].get<std::int64_t>();
+  EXPECT_GT(applied, 0);
+  EXPECT_EQ(std::count(learnt.rollouts_csv.begin(), learnt.rollouts_csv.end(), '\n'), applied + 1);
+}
+
+TEST(LearningTest, TheBusIsTakenFromTheEnvironmentToo) {
+  const Service service;
+  const std::map<std::string, std::string> environment{{"LCM_DEFAULT_URL", service.url()}};
+  Daemon worker("treeroll-worker", {"--processes", "1"}, service.directory(), environment);
+  Daemon learner("treeroll-learner",
+                 {service.study(kTenThousand).string(), "--json", "--set", "study.rollouts=20",
+                  "--state-dir", (service.directory() / "state").string()},
+                 service.directory(), environment);
+  const Service::Learnt learnt = service.learnt(learner, "state", seconds(60));
+  EXPECT_EQ(learnt.status, 0) << learnt.log;
+  EXPECT_EQ(learnt.summary["ledger"]["applied"], 200);
+}
+
+TEST(LearningTest, FailedAndCrashingRolloutsAreCountedAndTheStudyEnds) {
+  const Service service;
+  const Service::Learnt learnt = service.learn(
+      service.study(kTenThousand),
+      {"--local-workers", "2", "--set", "study.rollouts=30", "--set", "study.repetitions=2",
+       "--set", "task.fail_fraction=0.2", "--set", "task.crash_fraction=0.1"});
+  ASSERT_EQ(learnt.status, 0) << learnt.log;
+  EXPECT_EQ(learnt.summary["ledger"]["applied"], 60);
+  EXPECT_GT(learnt.summary["ledger"]["failed"], 0);
+  EXPECT_THAT(learnt.rollouts_csv, HasSubstr(",0,failed"));
+  EXPECT_THAT(learnt.rollouts_csv, HasSubstr(",0,crashed"));
+}
+
+}  // namespace
+}  // namespace treeroll::end_to_end

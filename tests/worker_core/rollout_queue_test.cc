@@ -1,0 +1,43 @@
+#include "workers/core/rollout_queue.h"
+
+#include <gtest/gtest.h>
+
+namespace treeroll::worker {
+namespace {
+
+RolloutName name(protocol::LearnerId learner, int number) { return {learner, {0, number}}; }
+
+void add_ready(RolloutQueue& queue, const RolloutName& name) {
+  queue.add(name, {}, 1, TimePoint{});
+  queue.set_state(name, RolloutState::kReady);
+}
+
+TEST(RolloutQueueTest, ServesLearnersInTurnAndEachInOrderOfArrival) {
+  RolloutQueue queue;
+  for (const int number : {9, 3, 6}) add_ready(queue, name(1, number));
+  for (const int number : {2, 1}) add_ready(queue, name(2, number));
+  std::vector<RolloutName> order;
+  while (const auto next = queue.take()) order.push_back(*next);
+  EXPECT_EQ(order,
+            (std::vector<RolloutName>{name(1, 9), name(2, 2), name(1, 3), name(2, 1), name(1, 6)}));
+}
+
+TEST(RolloutQueueTest, KeepsThePlaceOfARolloutThatIsPutBack) {
+  RolloutQueue queue;
+  for (const int number : {1, 2, 3}) add_ready(queue, name(1, number));
+  ASSERT_EQ(queue.take(), name(1, 1));
+  queue.set_state(name(1, 1), RolloutState::kReady);
+  EXPECT_EQ(queue.take(), name(1, 1));
+}
+
+TEST(RolloutQueueTest, GivesOutNeitherWaitingNorRemovedOnes) {
+  RolloutQueue queue;
+  queue.add(name(1, 1), {}, 1, TimePoint{});
+  add_ready(queue, name(1, 2));
+  queue.remove(name(1, 2));
+  EXPECT_EQ(queue.take(), std::nullopt);
+  EXPECT_EQ(queue.keys(1), (std::vector<protocol::RolloutKey>{{0, 1}}));
+}
+
+}  // namespace
+}  // namespace treeroll::worker

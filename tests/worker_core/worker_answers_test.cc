@@ -1,0 +1,256 @@
+#include <gmock/gmock.h>
+
+#include "tests/worker_core/stage.h"
+
+namespace treeroll::worker {
+namespace {
+
+using protocol::RewardBatch;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+TEST(WorkerAnswersTest, EvaluatesARolloutAndAnswersOnce) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(7, 2, 99)});
+  EXPECT_EQ(stage.running(0).key.number, 7);
+  stage.clear();
+  stage.finish(0, .25);
+  const auto batches = stage.sent<RewardBatch>();
+  ASSERT_THAT(batches, SizeIs(1));
+  EXPECT_EQ(batches[0].worker_id, kMe);
+  EXPECT_EQ(batches[0].learner_id, kLearner);
+  EXPECT_EQ(batches[0].last_batch, 1);
+  EXPECT_EQ(batches[0].first_index, 1);
+  EXPECT_EQ(batches[0].free_slots, 64);
+  EXPECT_THAT(batches[0].held, IsEmpty());
+  ASSERT_THAT(batches[0].results, SizeIs(1));
+  const protocol::RolloutResult expected{
+      .key = {0, 7}, .attempt = 2, .content = 99, .reward = .25, .duration_ns = 1000};
+  EXPECT_EQ(batches[0].results[0], expected);
+}
+
+TEST(WorkerAnswersTest, TakesOnlyWhatIsAskedOfIt) {
+  Stage stage;
+  stage.define();
+  auto other = stage.request(1);
+  other.worker_id = kMe + 1;
+  stage.ask({other});
+  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+}
+
+TEST(WorkerAnswersTest, GathersTheAnswersOfATurnInOneBatch) {
+  Stage stage(2);
+  stage.define();
+  stage.ask({stage.request(1), stage.request(2)});
+  stage.give(RolloutEvaluated{0, stage.job(0), .5, RolloutStatus::kOk, 1});
+  stage.give(RolloutEvaluated{1, stage.job(1), .5, RolloutStatus::kOk, 1});
+  EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
+  stage.step(InboxDrained{});
+  ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(1));
+  EXPECT_THAT(stage.sent<RewardBatch>()[0].results, SizeIs(2));
+}
+
+TEST(WorkerAnswersTest, DoesNotQueueAHeldRolloutTwiceAndAnswersUnderTheLatestAttempt) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1, 0)});
+  stage.ask({stage.request(1, 1)});
+  stage.ask({stage.request(1, 1)});
+  EXPECT_THAT(stage.effects<RunRollout>(), SizeIs(1));
+  stage.finish(0);
+  EXPECT_EQ(stage.sent<RewardBatch>().back().results.at(0).attempt, 1);
+  EXPECT_THAT(stage.effects<RunRollout>(), SizeIs(1));
+}
+
+TEST(WorkerAnswersTest, AnswersARepeatedRequestFromItsStore) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.finish(0, .75);
+  stage.acknowledge(1);
+  stage.clear();
+  stage.ask({stage.request(1, 3)});
+  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+  ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(1));
+  const RewardBatch batch = stage.sent<RewardBatch>()[0];
+  EXPECT_EQ(batch.first_index, 2);
+  EXPECT_EQ(batch.results.at(0).attempt, 3);
+  EXPECT_EQ(batch.results.at(0).reward, .75);
+  EXPECT_EQ(stage.status().num_repeated, 1);
+}
+
+TEST(WorkerAnswersTest, AnotherContentReplacesTheHeldQuestionEvenWhileItRuns) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1, 0, 10)});
+  stage.ask({stage.request(1, 0, 11)});
+  stage.finish(0, .1);  // the older question: nobody wants it any more
+  EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
+  EXPECT_EQ(stage.running(0).content, 11);
+  stage.finish(0, .2);
+  ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(1));
+  EXPECT_EQ(stage.sent<RewardBatch>()[0].results.at(0).content, 11);
+}
+
+TEST(WorkerAnswersTest, AnOlderQuestionThatWasOvertakenDoesNotReplaceTheNewer) {
+  Stage stage;
+  stage.define();
+  stage.sequence = 10;
+  stage.ask({stage.request(1, 0, 11)});
+  stage.sequence = 4;
+  stage.ask({stage.request(1, 0, 10)});
+  stage.finish(0);
+  EXPECT_EQ(stage.sent<RewardBatch>().at(0).results.at(0).content, 11);
+  EXPECT_EQ(stage.sent<RewardBatch>().at(0).last_batch, 11);
+  EXPECT_THAT(stage.effects<RunRollout>(), SizeIs(1));
+}
+
+TEST(WorkerAnswersTest, RepeatsUnacknowledgedAnswersEverMoreSeldom) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.finish(0);
+  stage.clear();
+  const TimePoint start = stage.now;
+  std::vector<Duration> times;
+  while (stage.now < start + 5s) {
+    stage.pass(1ms);
+    for (std::size_t i = 0; i < stage.sent<RewardBatch>().size(); ++i) {
+      times.push_back(stage.now - start);
+    }
+    stage.clear();
+  }
+  EXPECT_EQ(times, (std::vector<Duration>{20ms, 60ms, 140ms, 300ms, 620ms, 1260ms, 2260ms, 3260ms,
+                                          4260ms}));
+  stage.acknowledge(1);
+  stage.pass(10s);
+  EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
+}
+
+TEST(WorkerAnswersTest, StartsABatchWithTheOldestUnacknowledgedAnswer) {
+  Stage stage;
+  stage.define();
+  for (int i = 1; i <= 3; ++i) {
+    stage.ask({stage.request(i)});
+    stage.finish(0);
+  }
+  EXPECT_EQ(stage.sent<RewardBatch>().back().first_index, 1);
+  EXPECT_THAT(stage.sent<RewardBatch>().back().results, SizeIs(3));
+  stage.acknowledge(2);
+  stage.ask({stage.request(4)});
+  stage.finish(0);
+  EXPECT_EQ(stage.sent<RewardBatch>().back().first_index, 3);
+  EXPECT_THAT(stage.sent<RewardBatch>().back().results, SizeIs(2));
+}
+
+TEST(WorkerAnswersTest, KeepsToItsByteBudgetAndMovesOnAsAnswersAreAcknowledged) {
+  Stage stage(1, [](WorkerSettings& s) { s.batch_bytes_max = protocol::kBatchBytesRemoteMax; });
+  stage.define();
+  for (int i = 0; i < 60; ++i) {
+    stage.ask({stage.request(i)});
+    stage.finish(0);
+  }
+  const auto before = stage.sent<RewardBatch>();
+  const auto num_window = static_cast<std::int64_t>(before.back().results.size());
+  EXPECT_LE(num_window * 37, 1400);
+  EXPECT_GE(num_window, 16);
+  EXPECT_THAT(before, SizeIs(static_cast<std::size_t>(num_window)))
+      << "what does not fit is not a reason to repeat the rest";
+  stage.clear();
+  stage.acknowledge(num_window);
+  ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(1));
+  EXPECT_EQ(stage.sent<RewardBatch>()[0].first_index, num_window + 1);
+}
+
+TEST(WorkerAnswersTest, DropsWhatDoesNotFitAndReportsItsFreeSlots) {
+  Stage stage(1, [](WorkerSettings& s) { s.held_per_evaluator_max = 3; });
+  stage.define();
+  EXPECT_EQ(stage.status().free_slots, 3);
+  stage.ask({stage.request(1), stage.request(2), stage.request(3), stage.request(4)});
+  const auto status = stage.status();
+  EXPECT_EQ(status.free_slots, 0);
+  ASSERT_THAT(status.held, SizeIs(1));
+  EXPECT_EQ(status.held[0].learner_id, kLearner);
+  EXPECT_EQ(status.held[0].last_batch, 1);
+  EXPECT_EQ(status.held[0].keys, (std::vector<protocol::RolloutKey>{{0, 1}, {0, 2}, {0, 3}}));
+  stage.finish(0);
+  EXPECT_EQ(stage.sent<RewardBatch>().back().free_slots, 1);
+}
+
+TEST(WorkerAnswersTest, ServesTwoLearnersInTurn) {
+  Stage stage;
+  stage.define(1);
+  stage.ask({stage.request(1), stage.request(2), stage.request(3), stage.request(4)}, 1);
+  stage.ask({stage.request(1), stage.request(2)}, 2);
+  for (int i = 0; i < 6; ++i) stage.finish(0);
+  std::vector<protocol::LearnerId> order;
+  for (const RewardBatch& batch : stage.sent<RewardBatch>()) order.push_back(batch.learner_id);
+  EXPECT_EQ(order, (std::vector<protocol::LearnerId>{1, 2, 1, 2, 1, 1}));
+}
+
+TEST(WorkerAnswersTest, ForgetsALearnerThatHasBeenSilentForAMinute) {
+  Stage stage;
+  stage.task_facts.time_limit = 1000s;
+  stage.define();
+  stage.ask({stage.request(1), stage.request(2)});
+  stage.finish(0);
+  stage.pass(61s);
+  stage.clear();
+  const auto status = stage.status();
+  EXPECT_THAT(status.held, IsEmpty());
+  EXPECT_EQ(status.free_slots, 64);
+  EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
+  stage.finish(0);  // roll-out 2, nobody's now
+  EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
+  // Back again, it is asked anew, and its indices go on.
+  stage.ask({stage.request(1)});
+  stage.finish(0);
+  EXPECT_EQ(stage.sent<RewardBatch>().at(0).first_index, 2);
+}
+
+TEST(WorkerAnswersTest, ALearnersStatusIsAWordToo) {
+  Stage stage;
+  protocol::LearnerStatus word;
+  word.learner_id = kLearner;
+  stage.define();
+  stage.ask({stage.request(1)});
+  for (int i = 0; i < 100; ++i) {
+    stage.pass(1s);
+    stage.step(MessageReceived{word});
+  }
+  EXPECT_THAT(stage.status().held, SizeIs(1));
+}
+
+TEST(WorkerAnswersTest, KeepsSixtyFourLearnersAndForgetsTheMostSilentIdleOne) {
+  Stage stage;
+  stage.define();
+  for (int learner = 1; learner <= 64; ++learner) {
+    stage.ask({stage.request(1)}, learner);
+    stage.pass(1ms);
+  }
+  stage.ask({stage.request(1)}, 65);  // all others hold roll-outs
+  EXPECT_THAT(stage.status().held, SizeIs(64));
+  stage.finish(0);  // learner 1's
+  stage.ask({stage.request(1)}, 65);
+  const auto held = stage.status().held;
+  ASSERT_THAT(held, SizeIs(64));
+  EXPECT_EQ(held.front().learner_id, 2);
+  EXPECT_EQ(held.back().learner_id, 65);
+}
+
+TEST(WorkerAnswersTest, SendsHeartbeatsMoreOftenWhileItHoldsRollouts) {
+  Stage stage;
+  EXPECT_THAT(stage.sent<protocol::WorkerStatus>(), SizeIs(1)) << "at start";
+  stage.clear();
+  stage.pass(1s);
+  EXPECT_THAT(stage.sent<protocol::WorkerStatus>(), SizeIs(4));
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.clear();
+  stage.pass(1s);
+  EXPECT_THAT(stage.sent<protocol::WorkerStatus>(), SizeIs(10));
+}
+
+}  // namespace
+}  // namespace treeroll::worker

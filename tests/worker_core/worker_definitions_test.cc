@@ -1,0 +1,206 @@
+#include <gmock/gmock.h>
+
+#include "tests/worker_core/stage.h"
+
+namespace treeroll::worker {
+namespace {
+
+using protocol::DefinitionReport;
+using protocol::DefinitionRequest;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+TEST(WorkerDefinitionsTest, ReportsWhatAnEvaluatorSaysOfADefinition) {
+  Stage stage;
+  stage.define();
+  const auto reports = stage.sent<DefinitionReport>();
+  ASSERT_THAT(reports, SizeIs(2));
+  EXPECT_EQ(reports[0].definition_id, content_hash(kTask));
+  EXPECT_EQ(reports[0].learner_id, kLearner);
+  EXPECT_TRUE(reports[0].accepted);
+  EXPECT_EQ(reports[0].text, "described");
+}
+
+TEST(WorkerDefinitionsTest, ReportsAKnownDefinitionAgainWithoutLoadingItAgain) {
+  Stage stage;
+  stage.define();
+  stage.clear();
+  stage.define(2);
+  EXPECT_THAT(stage.effects<LoadDefinition>(), IsEmpty());
+  ASSERT_THAT(stage.sent<DefinitionReport>(), SizeIs(2));
+  EXPECT_EQ(stage.sent<DefinitionReport>()[0].learner_id, 2);
+}
+
+TEST(WorkerDefinitionsTest, AsksForWhatItLacksAndEvaluatesOnceItIsThere) {
+  Stage stage;
+  stage.ask({stage.request(1), stage.request(2)});
+  ASSERT_THAT(stage.sent<DefinitionRequest>(), SizeIs(1));
+  const DefinitionRequest request = stage.sent<DefinitionRequest>()[0];
+  EXPECT_EQ(request.learner_id, kLearner);
+  EXPECT_THAT(request.task_ids, ElementsAre(content_hash(kTask)));
+  EXPECT_THAT(request.policy_ids, ElementsAre(content_hash(kPolicy)));
+  stage.ask({stage.request(3)});
+  EXPECT_THAT(stage.sent<DefinitionRequest>(), SizeIs(1)) << "asked for a moment ago";
+  EXPECT_EQ(stage.status().free_slots, 61) << "they are held meanwhile";
+  stage.define();
+  EXPECT_EQ(stage.running(0).key.number, 1);
+  stage.clear();
+  stage.pass(10s);
+  EXPECT_THAT(stage.sent<DefinitionRequest>(), IsEmpty());
+}
+
+TEST(WorkerDefinitionsTest, AsksAgainFiveTimesASecondAndLetsGoAfterThirtySeconds) {
+  Stage stage;
+  stage.ask({stage.request(1)});
+  stage.pass(1s);
+  EXPECT_THAT(stage.sent<DefinitionRequest>(), SizeIs(6));
+  stage.pass(29s);
+  stage.clear();
+  EXPECT_THAT(stage.status().held.at(0).keys, IsEmpty());
+  EXPECT_THAT(stage.sent<DefinitionRequest>(), IsEmpty());
+}
+
+TEST(WorkerDefinitionsTest, AsksAtOnceForADefinitionItHasNotAskedFor) {
+  Stage stage;
+  stage.ask({stage.request(1)});
+  auto other = stage.request(2);
+  other.policy_id = content_hash("another policy");
+  stage.ask({other});
+  EXPECT_THAT(stage.sent<DefinitionRequest>(), SizeIs(2));
+}
+
+TEST(WorkerDefinitionsTest, DoesNotBelieveAnIdThatIsNotTheContentsHash) {
+  Stage stage;
+  stage.step(MessageReceived{protocol::TaskDefinition{kLearner, content_hash(kTask), "other"}});
+  EXPECT_THAT(stage.effects<LoadDefinition>(), IsEmpty());
+  EXPECT_THAT(stage.sent<DefinitionReport>(), IsEmpty());
+  EXPECT_EQ(stage.status().num_rejected, 1);
+}
+
+TEST(WorkerDefinitionsTest, LetsGoOfRolloutsUnderARefusedDefinitionAndSaysWhy) {
+  Stage stage;
+  stage.refusal = "task.gravity = -1: must be above 0";
+  stage.ask({stage.request(1)});
+  stage.define();
+  ASSERT_THAT(stage.sent<DefinitionReport>(), SizeIs(2));
+  EXPECT_FALSE(stage.sent<DefinitionReport>()[0].accepted);
+  EXPECT_EQ(stage.sent<DefinitionReport>()[0].text, stage.refusal);
+  EXPECT_THAT(stage.status().held.at(0).keys, IsEmpty());
+  stage.clear();
+  stage.ask({stage.request(2), stage.request(3)});
+  ASSERT_THAT(stage.sent<DefinitionReport>(), SizeIs(1)) << "one a definition and turn";
+  EXPECT_FALSE(stage.sent<DefinitionReport>()[0].accepted);
+  EXPECT_THAT(stage.status().held.at(0).keys, IsEmpty());
+  EXPECT_THAT(stage.sent<DefinitionRequest>(), IsEmpty());
+}
+
+TEST(WorkerDefinitionsTest, RefusesAPolicyWithOtherDimensionsThanItsTask) {
+  Stage stage;
+  stage.policy_facts.output_dim = 2;
+  stage.define();
+  stage.clear();
+  stage.ask({stage.request(1)});
+  ASSERT_THAT(stage.sent<DefinitionReport>(), SizeIs(1));
+  EXPECT_EQ(stage.sent<DefinitionReport>()[0].definition_id, content_hash(kPolicy));
+  EXPECT_EQ(stage.sent<DefinitionReport>()[0].text,
+            "the policy has 1 inputs and 2 outputs, the task takes 1 and 1");
+  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+}
+
+TEST(WorkerDefinitionsTest, RefusesAThetaOfAnotherSize) {
+  Stage stage;
+  stage.define();
+  stage.clear();
+  auto request = stage.request(1);
+  request.theta = {1, 2, 3};
+  stage.ask({request});
+  EXPECT_THAT(stage.sent<DefinitionReport>().at(0).text, HasSubstr("theta of 2 numbers"));
+  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+}
+
+TEST(WorkerDefinitionsTest, RefusesADefinitionThatEndsThreeEvaluators) {
+  Stage stage;
+  stage.definitions_load = false;
+  stage.step(MessageReceived{protocol::TaskDefinition{kLearner, content_hash(kTask), kTask}});
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_THAT(stage.sent<DefinitionReport>(), IsEmpty());
+    stage.die(0, Death::kFatalSignal, 11);
+  }
+  ASSERT_THAT(stage.sent<DefinitionReport>(), SizeIs(1));
+  EXPECT_THAT(stage.sent<DefinitionReport>()[0].text, HasSubstr("crashed 3 evaluators"));
+}
+
+TEST(WorkerDefinitionsTest, RefusesADefinitionThatHangsThreeEvaluators) {
+  Stage stage;
+  stage.definitions_load = false;
+  stage.step(MessageReceived{protocol::TaskDefinition{kLearner, content_hash(kTask), kTask}});
+  stage.cpu_time = 11s;
+  for (int i = 0; i < 3; ++i) {
+    stage.clear();
+    stage.pass(11s);
+    ASSERT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
+    stage.die(0, Death::kForeignSignal, 9);
+  }
+  EXPECT_THAT(stage.sent<DefinitionReport>().at(0).text, HasSubstr("took too long"));
+}
+
+TEST(WorkerDefinitionsTest, ADefinitionWhoseEvaluatorWasKilledIsLoadedByTheNext) {
+  Stage stage;
+  stage.definitions_load = false;
+  stage.step(MessageReceived{protocol::TaskDefinition{kLearner, content_hash(kTask), kTask}});
+  for (int i = 0; i < 5; ++i) {
+    stage.die(0, Death::kForeignSignal, 9);
+    stage.pass(1s);
+  }
+  EXPECT_THAT(stage.sent<DefinitionReport>(), IsEmpty());
+  stage.definitions_load = true;
+  stage.die(0, Death::kForeignSignal, 9);
+  stage.pass(1s);
+  EXPECT_THAT(stage.sent<DefinitionReport>(), SizeIs(1));
+}
+
+TEST(WorkerDefinitionsTest, GivesEachEvaluatorADefinitionOnceAndEachNewProcessAgain) {
+  Stage stage(2);
+  stage.define();
+  EXPECT_THAT(stage.effects<LoadDefinition>(), SizeIs(2)) << "checked by one";
+  stage.ask({stage.request(1), stage.request(2)});
+  EXPECT_THAT(stage.effects<LoadDefinition>(), SizeIs(4)) << "loaded by the other";
+  stage.finish(0);
+  stage.finish(1);
+  stage.ask({stage.request(3), stage.request(4)});
+  EXPECT_THAT(stage.effects<LoadDefinition>(), SizeIs(4));
+  stage.die(1, Death::kForeignSignal);
+  EXPECT_THAT(stage.effects<LoadDefinition>(), SizeIs(6));
+}
+
+TEST(WorkerDefinitionsTest, TellsEvaluatorsToForgetWhatItHasDroppedItself) {
+  Stage stage(1, [](WorkerSettings& s) { s.num_policies_max = 2; });
+  for (const char* content : {"p1", "p2", "p3", "p4"}) {
+    stage.step(MessageReceived{
+        protocol::PolicyDefinition{kLearner, content_hash(std::string_view(content)), content}});
+  }
+  stage.define();
+  std::vector<ContentHash> forgotten;
+  for (const auto& forget : stage.effects<ForgetDefinition>()) forgotten.push_back(forget.name.id);
+  EXPECT_THAT(forgotten, testing::UnorderedElementsAre(content_hash("p1"), content_hash("p2"),
+                                                       content_hash("p3")));
+}
+
+TEST(WorkerDefinitionsTest, KeepsADefinitionInUseHoweverManyOthersArrive) {
+  Stage stage(1, [](WorkerSettings& s) { s.num_policies_max = 2; });
+  stage.define();
+  stage.ask({stage.request(1), stage.request(2)});
+  for (const char* content : {"p1", "p2", "p3", "p4"}) {
+    stage.step(MessageReceived{
+        protocol::PolicyDefinition{kLearner, content_hash(std::string_view(content)), content}});
+  }
+  stage.finish(0);
+  stage.finish(0);
+  EXPECT_EQ(stage.sent<protocol::RewardBatch>().back().results.size(), 2U);
+  EXPECT_THAT(stage.sent<DefinitionRequest>(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace treeroll::worker

@@ -1,0 +1,203 @@
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "tests/worker_core/stage.h"
+
+namespace treeroll::worker {
+namespace {
+
+using protocol::RewardBatch;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+protocol::RolloutResult last_result(const Stage& stage) {
+  return stage.sent<RewardBatch>().at(stage.sent<RewardBatch>().size() - 1).results.back();
+}
+
+TEST(WorkerEvaluatorsTest, StartsThemAllAndGivesNothingToOneThatIsNotReady) {
+  Stage stage(3);
+  EXPECT_THAT(stage.effects<StartEvaluator>(), SizeIs(3));
+  stage.define();
+  stage.evaluators_start = false;
+  stage.die(0, Death::kForeignSignal);
+  stage.die(1, Death::kForeignSignal);
+  stage.ask({stage.request(1), stage.request(2)});
+  ASSERT_THAT(stage.effects<RunRollout>(), SizeIs(1));
+  EXPECT_EQ(stage.effects<RunRollout>()[0].evaluator, 2);
+  stage.step(EvaluatorReady{0});
+  ASSERT_THAT(stage.effects<RunRollout>(), SizeIs(2));
+  EXPECT_EQ(stage.effects<RunRollout>()[1].evaluator, 0);
+}
+
+TEST(WorkerEvaluatorsTest, ARolloutThatCrashesThreeOfThemIsAnsweredAsCrashed) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1), stage.request(2)});
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
+    EXPECT_EQ(stage.running(0).key.number, 1);
+    stage.die(0, Death::kFatalSignal, 11);
+  }
+  EXPECT_EQ(last_result(stage).status, RolloutStatus::kCrashed);
+  EXPECT_EQ(last_result(stage).reward, 0);
+  EXPECT_EQ(stage.running(0).key.number, 2);
+  const auto status = stage.status();
+  EXPECT_EQ(status.num_restarts, 3);
+  EXPECT_EQ(status.num_evaluated, 1);
+  EXPECT_EQ(status.num_failed, 1);
+}
+
+TEST(WorkerEvaluatorsTest, ATaskThatCallsExitIsACrashToo) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  for (int i = 0; i < 3; ++i) stage.die(0, Death::kExited, 0);
+  EXPECT_EQ(last_result(stage).status, RolloutStatus::kCrashed);
+}
+
+TEST(WorkerEvaluatorsTest, ForeignSignalsNeverCountAndTheRolloutIsAnsweredInTheEnd) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  for (int i = 0; i < 50; ++i) {
+    stage.die(0, Death::kForeignSignal, 9);
+    stage.pass(5s);
+    stage.step(MessageReceived{protocol::RolloutBatch{kLearner, ++stage.sequence, {}, {}}});
+  }
+  stage.die(0, Death::kFatalSignal, 11);  // nor do they add to a strike
+  EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
+  stage.finish(0, .5);
+  EXPECT_EQ(last_result(stage).status, RolloutStatus::kOk);
+  EXPECT_EQ(last_result(stage).reward, .5);
+}
+
+TEST(WorkerEvaluatorsTest, RestartsAtOnceThenEverMoreSeldomAndAtOnceAgainAfterAResult) {
+  Stage stage;
+  stage.evaluators_start = false;
+  std::vector<Duration> delays;
+  for (int i = 0; i < 12; ++i) {
+    const TimePoint death = stage.now;
+    stage.clear();
+    stage.die(0, Death::kExited, 1);
+    while (stage.effects<StartEvaluator>().empty()) stage.pass(1ms);
+    delays.push_back(stage.now - death);
+  }
+  EXPECT_EQ(delays, (std::vector<Duration>{0ms, 10ms, 20ms, 40ms, 80ms, 160ms, 320ms, 640ms, 1280ms,
+                                           2560ms, 5s, 5s}));
+  stage.evaluators_start = true;
+  stage.step(EvaluatorReady{0});
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.finish(0);
+  stage.clear();
+  stage.die(0, Death::kForeignSignal);
+  EXPECT_THAT(stage.effects<StartEvaluator>(), SizeIs(1));
+}
+
+TEST(WorkerEvaluatorsTest, KillsOneThatDoesNotBecomeReady) {
+  Stage stage;
+  stage.evaluators_start = false;
+  stage.die(0, Death::kForeignSignal);
+  stage.pass(29s);
+  EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
+  stage.pass(2s);
+  EXPECT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
+}
+
+TEST(WorkerEvaluatorsTest, ARolloutThatBurnsPastItsTimeLimitThriceIsAnsweredAsTimedOut) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.cpu_time = 2s;
+  for (int i = 0; i < 3; ++i) {
+    stage.clear();
+    stage.pass(1999ms);
+    EXPECT_THAT(stage.effects<AskCpuTime>(), IsEmpty());
+    stage.pass(1ms);
+    EXPECT_THAT(stage.effects<AskCpuTime>(), SizeIs(1));
+    ASSERT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
+    stage.die(0, Death::kForeignSignal, 9);
+  }
+  EXPECT_EQ(last_result(stage).status, RolloutStatus::kTimedOut);
+}
+
+TEST(WorkerEvaluatorsTest, ASlowMachineGivesARolloutMoreWallTime) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.cpu_time = 1500ms;
+  stage.pass(2s);
+  EXPECT_THAT(stage.effects<AskCpuTime>(), SizeIs(1));
+  stage.pass(500ms);
+  EXPECT_THAT(stage.effects<AskCpuTime>(), SizeIs(2)) << "when it may be there at the earliest";
+  EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
+  stage.finish(0);
+  EXPECT_EQ(last_result(stage).status, RolloutStatus::kOk);
+}
+
+TEST(WorkerEvaluatorsTest, KillsABlockedOneAfterTenTimesTheLimitAndASecond) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  for (int i = 0; i < 3; ++i) {
+    stage.clear();
+    stage.pass(20999ms);
+    EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
+    stage.pass(1ms);
+    ASSERT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
+    stage.die(0, Death::kForeignSignal, 9);
+    stage.step(MessageReceived{protocol::RolloutBatch{kLearner, ++stage.sequence, {}, {}}});
+  }
+  EXPECT_EQ(last_result(stage).status, RolloutStatus::kTimedOut);
+}
+
+TEST(WorkerEvaluatorsTest, AResultOnItsWayWhileWeKilledCounts) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.cpu_time = 3s;
+  stage.pass(2s);
+  ASSERT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
+  stage.finish(0, .25);
+  stage.die(0, Death::kForeignSignal, 9);
+  EXPECT_EQ(last_result(stage).reward, .25);
+  EXPECT_EQ(stage.status().num_evaluated, 1);
+}
+
+TEST(WorkerEvaluatorsTest, IgnoresAnswersAndTimesOfAnEarlierJob) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1), stage.request(2)});
+  const std::int64_t first = stage.job(0);
+  stage.finish(0);
+  stage.clear();
+  stage.step(RolloutEvaluated{0, first, .9, RolloutStatus::kOk, 1});
+  stage.step(CpuTimeMeasured{0, first, 100s});
+  EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
+  EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
+}
+
+TEST(WorkerEvaluatorsTest, ARewardThatIsNoFiniteNumberIsAFailure) {
+  Stage stage;
+  stage.define();
+  for (const double reward : {std::nan(""), HUGE_VAL, -.1}) {
+    stage.ask({stage.request(static_cast<int>(stage.sequence))});
+    stage.finish(0, reward);
+    EXPECT_EQ(last_result(stage).status, RolloutStatus::kFailed);
+    EXPECT_EQ(last_result(stage).reward, 0);
+  }
+}
+
+TEST(WorkerEvaluatorsTest, AFailedRolloutHasRewardZero) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.finish(0, .7, RolloutStatus::kDiverged);
+  EXPECT_EQ(last_result(stage).status, RolloutStatus::kDiverged);
+  EXPECT_EQ(last_result(stage).reward, 0);
+  EXPECT_EQ(stage.status().num_failed, 1);
+}
+
+}  // namespace
+}  // namespace treeroll::worker

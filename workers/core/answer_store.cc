@@ -1,0 +1,120 @@
+#include "workers/core/answer_store.h"
+
+#include "common/base/check.h"
+
+namespace treeroll::worker {
+namespace {
+
+/// Learners whose last index outlives them. Past it the smallest id is dropped: such a learner,
+/// back after more than this many others, would start at 1 again and be repeated until re-issued.
+constexpr std::size_t kForgottenMax = 4096;
+
+}  // namespace
+
+AnswerStore::AnswerStore(std::size_t num_answers_max) : num_answers_max_(num_answers_max) {
+  CHECK(num_answers_max_ > 0, "a store without room");
+}
+
+void AnswerStore::add(protocol::LearnerId learner, const protocol::RolloutResult& result) {
+  const Question question{learner, result.key, result.content};
+  const auto [place, is_new] = answers_.try_emplace(question, Answer{.result = result});
+  CHECK(is_new, "a question answered twice");
+  append(question, place->second);
+  evict();
+}
+
+bool AnswerStore::repeat(protocol::LearnerId learner, const protocol::RolloutKey& key,
+                         std::int64_t content, std::int32_t attempt) {
+  const Question question{learner, key, content};
+  const auto found = answers_.find(question);
+  if (found == answers_.end()) return false;
+  Answer& answer = found->second;
+  answer.result.attempt = attempt;
+  if (answer.acknowledged) {
+    acknowledged_by_age_.erase(answer.age);
+    append(question, answer);
+  }
+  return true;
+}
+
+bool AnswerStore::acknowledge(protocol::LearnerId learner, std::int64_t index) {
+  const auto row = rows_.find(learner);
+  if (row == rows_.end()) return false;
+  auto& pending = row->second.pending;
+  bool progress = false;
+  while (!pending.empty() && pending.begin()->first <= index) {
+    Answer& answer = answers_.at(pending.begin()->second);
+    answer.acknowledged = true;
+    pending_by_age_.erase(answer.age);
+    acknowledged_by_age_.emplace(answer.age, pending.begin()->second);
+    pending.erase(pending.begin());
+    progress = true;
+  }
+  return progress;
+}
+
+std::int64_t AnswerStore::first_index(protocol::LearnerId learner) const {
+  const auto row = rows_.find(learner);
+  if (row == rows_.end() || row->second.pending.empty()) return last_index(learner) + 1;
+  return row->second.pending.begin()->first;
+}
+
+std::int64_t AnswerStore::last_index(protocol::LearnerId learner) const {
+  if (const auto row = rows_.find(learner); row != rows_.end()) return row->second.last_index;
+  const auto forgotten = forgotten_.find(learner);
+  return forgotten == forgotten_.end() ? 0 : forgotten->second;
+}
+
+std::vector<protocol::RolloutResult> AnswerStore::unacknowledged(protocol::LearnerId learner,
+                                                                 std::size_t num_max) const {
+  std::vector<protocol::RolloutResult> results;
+  const auto row = rows_.find(learner);
+  if (row == rows_.end()) return results;
+  for (const auto& [index, question] : row->second.pending) {
+    if (results.size() == num_max) break;
+    results.push_back(answers_.at(question).result);
+  }
+  return results;
+}
+
+void AnswerStore::forget(protocol::LearnerId learner) {
+  const std::int64_t index = last_index(learner);
+  const auto first = answers_.lower_bound(
+      Question{learner, protocol::RolloutKey{INT32_MIN, INT32_MIN}, INT64_MIN});
+  auto last = first;
+  for (; last != answers_.end() && std::get<0>(last->first) == learner; ++last) {
+    const Answer& answer = last->second;
+    (answer.acknowledged ? acknowledged_by_age_ : pending_by_age_).erase(answer.age);
+  }
+  answers_.erase(first, last);
+  rows_.erase(learner);
+  if (index > 0) forgotten_[learner] = index;
+  if (forgotten_.size() > kForgottenMax) forgotten_.erase(forgotten_.begin());
+}
+
+void AnswerStore::append(const Question& question, Answer& answer) {
+  const protocol::LearnerId learner = std::get<0>(question);
+  const std::int64_t before = last_index(learner);
+  Row& row = rows_[learner];
+  row.last_index = before + 1;
+  forgotten_.erase(learner);
+  answer.index = row.last_index;
+  answer.age = next_age_++;
+  answer.acknowledged = false;
+  row.pending.emplace(answer.index, question);
+  pending_by_age_.emplace(answer.age, question);
+}
+
+void AnswerStore::evict() {
+  while (answers_.size() > num_answers_max_) {
+    auto& ages = acknowledged_by_age_.empty() ? pending_by_age_ : acknowledged_by_age_;
+    const Question question = ages.begin()->second;
+    const Answer& answer = answers_.at(question);
+    // The oldest of all is the oldest of its row too, so the row stays without gaps.
+    if (!answer.acknowledged) rows_.at(std::get<0>(question)).pending.erase(answer.index);
+    ages.erase(ages.begin());
+    answers_.erase(question);
+  }
+}
+
+}  // namespace treeroll::worker

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <tuple>
+#include <vector>
+
+#include "common/protocol/messages.h"
+
+namespace treeroll::worker {
+
+/// Answers a worker has given, so that a question asked again is not computed again, and the
+/// numbered row of those each learner has not acknowledged. Bounded: the oldest acknowledged
+/// answers go first, then the oldest of all.
+class AnswerStore {
+ public:
+  explicit AnswerStore(std::size_t num_answers_max);
+
+  /// Files a new answer under the learner's next result index.
+  /// Precondition: not contains(learner, result.key, result.content).
+  void add(protocol::LearnerId learner, const protocol::RolloutResult& result);
+
+  /// Answers a question once more, under `attempt`: under its old index while that is not
+  /// acknowledged, else under a new one. False if the store has no such answer.
+  bool repeat(protocol::LearnerId learner, const protocol::RolloutKey& key, std::int64_t content,
+              std::int32_t attempt);
+
+  /// All results up to and including `index` need no repetition. Returns whether any did until
+  /// now. An index that was never given acknowledges nothing beyond the last given one.
+  bool acknowledge(protocol::LearnerId learner, std::int64_t index);
+
+  /// Index of the oldest result that is not acknowledged; of the next one if all are.
+  std::int64_t first_index(protocol::LearnerId learner) const;
+  /// Index of the newest result; 0 before the first.
+  std::int64_t last_index(protocol::LearnerId learner) const;
+  /// Consecutive results from first_index() on, at most `num_max`.
+  std::vector<protocol::RolloutResult> unacknowledged(protocol::LearnerId learner,
+                                                      std::size_t num_max) const;
+  bool all_acknowledged() const { return pending_by_age_.empty(); }
+
+  /// Drops the learner's answers. Its index goes on where it was, should it come back.
+  void forget(protocol::LearnerId learner);
+
+  std::size_t size() const { return answers_.size(); }
+
+ private:
+  using Question = std::tuple<protocol::LearnerId, protocol::RolloutKey, std::int64_t>;
+  struct Answer {
+    protocol::RolloutResult result;
+    std::int64_t index = 0;
+    std::int64_t age = 0;
+    bool acknowledged = false;
+  };
+  struct Row {
+    std::int64_t last_index = 0;
+    std::map<std::int64_t, Question> pending;  // by index, without gaps
+  };
+
+  void append(const Question& question, Answer& answer);
+  void evict();
+
+  std::size_t num_answers_max_;
+  std::int64_t next_age_ = 0;
+  std::map<Question, Answer> answers_;
+  std::map<std::int64_t, Question> pending_by_age_;
+  std::map<std::int64_t, Question> acknowledged_by_age_;
+  std::map<protocol::LearnerId, Row> rows_;
+  std::map<protocol::LearnerId, std::int64_t> forgotten_;  // last index
+};
+
+}  // namespace treeroll::worker

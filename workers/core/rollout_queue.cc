@@ -1,0 +1,79 @@
+#include "workers/core/rollout_queue.h"
+
+#include <cstdint>
+#include <utility>
+
+#include "common/base/check.h"
+
+namespace treeroll::worker {
+
+HeldRollout* RolloutQueue::find(const RolloutName& name) {
+  const auto found = held_.find(name);
+  return found == held_.end() ? nullptr : &found->second;
+}
+
+const HeldRollout* RolloutQueue::find(const RolloutName& name) const {
+  const auto found = held_.find(name);
+  return found == held_.end() ? nullptr : &found->second;
+}
+
+HeldRollout& RolloutQueue::add(const RolloutName& name, protocol::RolloutRequest request,
+                               std::int64_t sequence, TimePoint now) {
+  const auto [place, is_new] = held_.try_emplace(name, HeldRollout{.request = std::move(request),
+                                                                   .sequence = sequence,
+                                                                   .arrival = next_arrival_++,
+                                                                   .since = now});
+  CHECK(is_new, "a roll-out held twice");
+  return place->second;
+}
+
+void RolloutQueue::set_state(const RolloutName& name, RolloutState state) {
+  HeldRollout& rollout = held_.at(name);
+  if (rollout.state == RolloutState::kReady) {
+    auto& row = ready_.at(name.learner);
+    row.erase(rollout.arrival);
+    if (row.empty()) ready_.erase(name.learner);
+  }
+  rollout.state = state;
+  if (state == RolloutState::kReady) ready_[name.learner].emplace(rollout.arrival, name.key);
+}
+
+void RolloutQueue::remove(const RolloutName& name) {
+  set_state(name, RolloutState::kWaiting);
+  held_.erase(name);
+}
+
+std::optional<RolloutName> RolloutQueue::take() {
+  if (ready_.empty()) return std::nullopt;
+  auto row = ready_.upper_bound(last_served_);
+  if (row == ready_.end()) row = ready_.begin();
+  last_served_ = row->first;
+  const RolloutName name{row->first, row->second.begin()->second};
+  set_state(name, RolloutState::kRunning);
+  return name;
+}
+
+std::vector<protocol::RolloutKey> RolloutQueue::keys(protocol::LearnerId learner) const {
+  std::vector<protocol::RolloutKey> keys;
+  for (const RolloutName& name : of_learner(learner)) keys.push_back(name.key);
+  return keys;
+}
+
+std::vector<RolloutName> RolloutQueue::in_state(RolloutState state) const {
+  std::vector<RolloutName> names;
+  for (const auto& [name, rollout] : held_) {
+    if (rollout.state == state) names.push_back(name);
+  }
+  return names;
+}
+
+std::vector<RolloutName> RolloutQueue::of_learner(protocol::LearnerId learner) const {
+  std::vector<RolloutName> names;
+  auto place = held_.lower_bound(RolloutName{learner, {INT32_MIN, INT32_MIN}});
+  for (; place != held_.end() && place->first.learner == learner; ++place) {
+    names.push_back(place->first);
+  }
+  return names;
+}
+
+}  // namespace treeroll::worker

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "common/base/time.h"
+#include "common/protocol/messages.h"
+
+namespace treeroll::worker {
+
+/// Names a roll-out at this worker.
+struct RolloutName {
+  protocol::LearnerId learner = 0;
+  protocol::RolloutKey key;
+  auto operator<=>(const RolloutName&) const = default;
+};
+
+enum class RolloutState {
+  kWaiting,  ///< for a definition
+  kReady,
+  kRunning,  ///< an evaluator has it
+};
+
+struct HeldRollout {
+  protocol::RolloutRequest request;
+  std::int64_t sequence = 0;  ///< of the batch that asked last
+  std::int64_t arrival = 0;
+  TimePoint since;
+  RolloutState state = RolloutState::kWaiting;
+  int num_strikes = 0;  ///< evaluators it has ended
+};
+
+/// The roll-outs a worker holds. Ready ones are given out in turn between learners, and first
+/// come, first served within one; a roll-out that is put back keeps its place.
+class RolloutQueue {
+ public:
+  /// Valid until it is removed; null if absent.
+  HeldRollout* find(const RolloutName& name);
+  const HeldRollout* find(const RolloutName& name) const;
+  /// In state kWaiting. Precondition: absent.
+  HeldRollout& add(const RolloutName& name, protocol::RolloutRequest request, std::int64_t sequence,
+                   TimePoint now);
+  /// Precondition of both: present.
+  void set_state(const RolloutName& name, RolloutState state);
+  void remove(const RolloutName& name);
+  /// The next ready roll-out, which becomes running.
+  std::optional<RolloutName> take();
+
+  std::size_t size() const { return held_.size(); }
+  std::vector<protocol::RolloutKey> keys(protocol::LearnerId learner) const;
+  const std::map<RolloutName, HeldRollout>& all() const { return held_; }
+  /// All in one state; all of one learner.
+  std::vector<RolloutName> in_state(RolloutState state) const;
+  std::vector<RolloutName> of_learner(protocol::LearnerId learner) const;
+
+ private:
+  std::map<RolloutName, HeldRollout> held_;
+  std::map<protocol::LearnerId, std::map<std::int64_t, protocol::RolloutKey>> ready_;  // by arrival
+  protocol::LearnerId last_served_ = 0;
+  std::int64_t next_arrival_ = 0;
+};
+
+}  // namespace treeroll::worker

@@ -1,0 +1,326 @@
+#include "workers/core/worker_core.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+#include <variant>
+
+#include "common/base/check.h"
+
+namespace treeroll::worker {
+namespace {
+
+const char* word(DefinitionKind kind) { return kind == DefinitionKind::kTask ? "task" : "policy"; }
+
+/// Why these two cannot make this roll-out; empty if they can.
+std::string mismatch(const DefinitionFacts& task, const DefinitionFacts& policy,
+                     std::size_t theta_dim) {
+  if (task.input_dim != policy.input_dim || task.output_dim != policy.output_dim) {
+    return fmt::format("the policy has {} inputs and {} outputs, the task takes {} and {}",
+                       policy.input_dim, policy.output_dim, task.input_dim, task.output_dim);
+  }
+  if (static_cast<std::size_t>(policy.theta_dim) != theta_dim) {
+    return fmt::format("the policy's layer takes a theta of {} numbers, the roll-out brings {}",
+                       policy.theta_dim, theta_dim);
+  }
+  return {};
+}
+
+}  // namespace
+
+WorkerCore::WorkerCore(WorkerSettings settings)
+    : settings_(std::move(settings)),
+      answers_(settings_.num_answers_max),
+      tasks_(settings_.num_tasks_max, settings_.definition_bytes_max),
+      policies_(settings_.num_policies_max, settings_.definition_bytes_max),
+      evaluators_(static_cast<std::size_t>(settings_.num_evaluators)) {
+  CHECK(settings_.num_evaluators > 0, "a worker without evaluators");
+  CHECK(settings_.batch_bytes_max >= protocol::kBatchBytesRemoteMax, "batches too small");
+}
+
+void WorkerCore::Turn::log(bool warning, std::string text) const {
+  effects.emplace_back(WriteLog{warning, std::move(text)});
+}
+
+void WorkerCore::step(TimePoint now, const Event& event, Effects& effects) {
+  if (exited_) return;
+  const Turn turn{now, effects};
+  std::visit([&](const auto& e) { on(turn, e); }, event);
+  if (!exited_) assign_work(turn);
+}
+
+TimePoint WorkerCore::next_deadline() const {
+  if (exited_) return TimePoint::max();
+  TimePoint deadline = heartbeat_at_;
+  const auto include = [&](const std::optional<TimePoint>& time) {
+    if (time) deadline = std::min(deadline, *time);
+  };
+  for (const auto& [id, learner] : learners_) {
+    include(learner.heard + settings_.learner_silence_max);
+    include(learner.repeat_at);
+    include(learner.ask_at);
+  }
+  for (const Evaluator& evaluator : evaluators_) include(evaluator.look_at);
+  include(drain_end_);
+  return deadline;
+}
+
+void WorkerCore::on(const Turn& turn, const Started&) {
+  for (std::size_t i = 0; i < evaluators_.size(); ++i) {
+    evaluators_[i].state = EvaluatorState::kStarting;
+    evaluators_[i].since = turn.now;
+    evaluators_[i].look_at = turn.now + settings_.start_time_max;
+    turn.effects.emplace_back(StartEvaluator{static_cast<int>(i)});
+  }
+  send_status(turn);
+}
+
+void WorkerCore::on(const Turn& turn, const MessageReceived& event) {
+  using namespace protocol;
+  if (const auto* batch = std::get_if<RolloutBatch>(&event.message)) {
+    receive(turn, *batch);
+  } else if (const auto* task = std::get_if<TaskDefinition>(&event.message)) {
+    receive_definition(turn, task->learner_id, {DefinitionKind::kTask, task->task_id},
+                       task->content);
+  } else if (const auto* policy = std::get_if<PolicyDefinition>(&event.message)) {
+    receive_definition(turn, policy->learner_id, {DefinitionKind::kPolicy, policy->policy_id},
+                       policy->content);
+  } else if (const auto* status = std::get_if<LearnerStatus>(&event.message)) {
+    const auto known = learners_.find(status->learner_id);
+    if (known != learners_.end()) known->second.heard = turn.now;
+  }
+}
+
+void WorkerCore::on(const Turn& turn, const InboxDrained&) {
+  send_reports(turn);
+  for (auto& [id, learner] : learners_) {
+    if (learner.asking) ask_for_definitions(turn, id, learner);
+    const std::int64_t last_sent = learner.last_sent_index;
+    const std::int64_t window_end =
+        std::min(answers_.last_index(id),
+                 answers_.first_index(id) - 1 +
+                     static_cast<std::int64_t>(num_results_max(queue_.keys(id).size())));
+    if (learner.answers_due || window_end > last_sent) send_answers(turn, id, learner);
+  }
+  finish_if_drained(turn);
+}
+
+void WorkerCore::on(const Turn& turn, const TimerFired&) {
+  std::vector<protocol::LearnerId> silent;
+  for (auto& [id, learner] : learners_) {
+    if (turn.now >= learner.heard + settings_.learner_silence_max) {
+      silent.push_back(id);
+      continue;
+    }
+    if (learner.ask_at && turn.now >= *learner.ask_at) {
+      learner.asking = true;
+      ask_for_definitions(turn, id, learner);
+    }
+    if (learner.repeat_at && turn.now >= *learner.repeat_at) {
+      learner.repeat_interval =
+          std::min(2 * learner.repeat_interval, settings_.repeat_interval_max);
+      send_answers(turn, id, learner);
+    }
+  }
+  for (const protocol::LearnerId id : silent) {
+    turn.log(false, fmt::format("learner {} has been silent for {:.0f} s and is forgotten", id,
+                                to_seconds(settings_.learner_silence_max)));
+    forget(turn, id);
+  }
+  for (int i = 0; i < settings_.num_evaluators; ++i) watch_evaluator(turn, i);
+  if (turn.now >= heartbeat_at_) send_status(turn);
+  finish_if_drained(turn);
+}
+
+void WorkerCore::on(const Turn& turn, const DrainRequested&) {
+  if (draining_) {
+    turn.log(true, "asked to stop twice: leaves at once");
+    turn.effects.emplace_back(Exit{1});
+    exited_ = true;
+    return;
+  }
+  draining_ = true;
+  to_check_.clear();
+  for (const RolloutState state : {RolloutState::kWaiting, RolloutState::kReady}) {
+    for (const RolloutName& name : queue_.in_state(state)) queue_.remove(name);
+  }
+  turn.log(false, fmt::format("draining: finishes {} running roll-outs", queue_.size()));
+  send_status(turn);
+}
+
+void WorkerCore::finish_if_drained(const Turn& turn) {
+  if (!draining_ || exited_ || any_running()) return;
+  if (!drain_end_) drain_end_ = turn.now + settings_.drain_grace;
+  const bool acknowledged = answers_.all_acknowledged();
+  if (!acknowledged && turn.now < *drain_end_) return;
+  if (!acknowledged) turn.log(true, "leaves with answers no learner has acknowledged");
+  send_status(turn);
+  turn.effects.emplace_back(Exit{0});
+  exited_ = true;
+}
+
+WorkerCore::Learner* WorkerCore::meet(const Turn& turn, protocol::LearnerId id) {
+  if (const auto known = learners_.find(id); known != learners_.end()) return &known->second;
+  if (learners_.size() >= settings_.num_learners_max) {
+    auto victim = learners_.end();
+    for (auto it = learners_.begin(); it != learners_.end(); ++it) {
+      const bool idle = queue_.of_learner(it->first).empty();
+      if (idle && (victim == learners_.end() || it->second.heard < victim->second.heard)) {
+        victim = it;
+      }
+    }
+    if (victim == learners_.end()) {
+      ++num_rejected_;
+      return nullptr;
+    }
+    forget(turn, victim->first);
+  }
+  turn.log(false, fmt::format("serves learner {}", id));
+  Learner& learner = learners_[id];
+  learner.last_sent_index = answers_.last_index(id);
+  return &learner;
+}
+
+void WorkerCore::forget(const Turn& turn, protocol::LearnerId id) {
+  const auto names = queue_.of_learner(id);
+  if (!names.empty()) turn.log(true, fmt::format("drops its {} roll-outs", names.size()));
+  for (const RolloutName& name : names) queue_.remove(name);
+  answers_.forget(id);
+  learners_.erase(id);
+}
+
+void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) {
+  const auto mine = [&](const auto& part) { return part.worker_id == settings_.worker_id; };
+  const auto known = learners_.find(batch.learner_id);
+  Learner* learner = known == learners_.end() ? nullptr : &known->second;
+  if (learner == nullptr) {
+    if (std::none_of(batch.rollouts.begin(), batch.rollouts.end(), mine)) return;
+    learner = meet(turn, batch.learner_id);
+    if (learner == nullptr) return;
+  }
+  learner->heard = turn.now;
+  learner->last_batch = std::max(learner->last_batch, batch.sequence);
+  for (const auto& acknowledgement : batch.acknowledgements) {
+    if (!mine(acknowledgement)) continue;
+    if (!answers_.acknowledge(batch.learner_id, acknowledgement.result_index)) continue;
+    learner->repeat_interval = settings_.repeat_interval_min;
+    learner->repeat_at.reset();
+    if (answers_.first_index(batch.learner_id) <= answers_.last_index(batch.learner_id)) {
+      learner->repeat_at = turn.now + learner->repeat_interval;
+    }
+  }
+  for (const auto& request : batch.rollouts) {
+    if (mine(request)) take_request(turn, batch.learner_id, *learner, batch.sequence, request);
+  }
+}
+
+void WorkerCore::take_request(const Turn& turn, protocol::LearnerId learner_id, Learner& learner,
+                              std::int64_t sequence, const protocol::RolloutRequest& request) {
+  if (answers_.repeat(learner_id, request.key, request.content, request.attempt)) {
+    ++num_repeated_;
+    learner.answers_due = true;
+    return;
+  }
+  const RolloutName name{learner_id, request.key};
+  if (HeldRollout* held = queue_.find(name)) {
+    if (sequence < held->sequence) return;  // overtaken on the way
+    held->sequence = sequence;
+    if (held->request.content == request.content) {
+      held->request.attempt = std::max(held->request.attempt, request.attempt);
+      return;
+    }
+    queue_.remove(name);
+  }
+  if (free_slots() <= 0) return;
+  if (queue_.size() == 0) {
+    heartbeat_at_ = std::min(heartbeat_at_, turn.now + settings_.busy_heartbeat);
+  }
+  queue_.add(name, request, sequence, turn.now);
+  if (tasks_.find(request.task_id) != nullptr) tasks_.touch(request.task_id);
+  if (policies_.find(request.policy_id) != nullptr) policies_.touch(request.policy_id);
+  review(turn, name);
+}
+
+void WorkerCore::receive_definition(const Turn& turn, protocol::LearnerId learner,
+                                    const DefinitionName& name, const std::string& content) {
+  if (draining_) return;
+  if (content_hash(content) != name.id) {
+    ++num_rejected_;
+    turn.log(true, fmt::format("a {} definition of learner {} is not what its id {} names",
+                               word(name.kind), learner, to_hex(name.id)));
+    return;
+  }
+  DefinitionCache& definitions = cache(name.kind);
+  Definition* definition = definitions.find(name.id);
+  if (definition == nullptr) {
+    definition = definitions.insert(name.id, content, in_use(name.kind));
+    if (definition == nullptr) return;  // all in use: asked for again while it is waited for
+    to_check_.push_back(name);
+  } else {
+    definitions.touch(name.id);
+  }
+  if (definition->to_tell.size() < settings_.num_learners_max) definition->to_tell.insert(learner);
+  const bool settled = definition->state == DefinitionState::kAccepted ||
+                       definition->state == DefinitionState::kRefused;
+  if (settled) settle(turn, name, *definition);
+}
+
+void WorkerCore::settle(const Turn& turn, const DefinitionName& name, Definition& definition) {
+  const bool accepted = definition.state == DefinitionState::kAccepted;
+  for (const protocol::LearnerId learner : definition.to_tell) {
+    reports_[{learner, name.id}] = {.worker_id = settings_.worker_id,
+                                    .learner_id = learner,
+                                    .definition_id = name.id,
+                                    .accepted = accepted,
+                                    .text = definition.text};
+  }
+  definition.to_tell.clear();
+  review_waiting(turn);
+}
+
+void WorkerCore::review_waiting(const Turn& turn) {
+  for (const RolloutName& name : queue_.in_state(RolloutState::kWaiting)) review(turn, name);
+}
+
+/// Moves a waiting roll-out on as far as its definitions allow: ready, or let go with a report.
+void WorkerCore::review(const Turn&, const RolloutName& name) {
+  const protocol::RolloutRequest& request = queue_.find(name)->request;
+  const Definition* task = tasks_.find(request.task_id);
+  const Definition* policy = policies_.find(request.policy_id);
+  if (task == nullptr || policy == nullptr) learners_.at(name.learner).asking = true;
+
+  const auto let_go = [&](const ContentHash& id, const std::string& reason) {
+    reports_[{name.learner, id}] = {.worker_id = settings_.worker_id,
+                                    .learner_id = name.learner,
+                                    .definition_id = id,
+                                    .accepted = false,
+                                    .text = reason};
+    queue_.remove(name);
+  };
+  if (task != nullptr && task->state == DefinitionState::kRefused) {
+    return let_go(request.task_id, task->text);
+  }
+  if (policy != nullptr && policy->state == DefinitionState::kRefused) {
+    return let_go(request.policy_id, policy->text);
+  }
+  if (task == nullptr || task->state != DefinitionState::kAccepted) return;
+  if (policy == nullptr || policy->state != DefinitionState::kAccepted) return;
+  const std::string reason = mismatch(task->facts, policy->facts, request.theta.size());
+  if (!reason.empty()) return let_go(request.policy_id, reason);
+  queue_.set_state(name, RolloutState::kReady);
+}
+
+DefinitionCache& WorkerCore::cache(DefinitionKind kind) {
+  return kind == DefinitionKind::kTask ? tasks_ : policies_;
+}
+
+std::set<ContentHash> WorkerCore::in_use(DefinitionKind kind) const {
+  std::set<ContentHash> ids;
+  for (const auto& [name, held] : queue_.all()) {
+    ids.insert(kind == DefinitionKind::kTask ? held.request.task_id : held.request.policy_id);
+  }
+  return ids;
+}
+
+}  // namespace treeroll::worker
