@@ -8,7 +8,7 @@
 #include "learner/app/study_error.h"
 #include "learner/core/study.h"
 
-/// A study file (TOML; see deploy/studies and this room's README) to a Study that is ready to run.
+/// A study file (TOML; deploy/studies/README.md says what it may hold) to a Study ready to run.
 ///
 ///   const LoadedStudy loaded = load_study("swing_up.toml", {"study.rollouts=50"});
 ///   for each condition: ask a worker what loaded.study.conditions[i].task_content is, and

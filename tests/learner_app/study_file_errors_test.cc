@@ -108,7 +108,7 @@ TEST(StudyFileErrorsTest, BadOverridesAreShownAsComingFromTheCommandLine) {
 TEST(StudyFileErrorsTest, ATaskTooLargeForAMessageIsRefusedWithItsSize) {
   const std::string words(70'000, 'x');
   EXPECT_EQ(error_of(with("plant = \"rk4\"", "plant = \"" + words + "\"")),
-            "FILE:4: task: is too large for a message: 70062 bytes, must be at most 64000 "
+            "FILE:4: task: is too large for a message: 70058 bytes, must be at most 64000 "
             "(condition tree)");
 }
 
