@@ -66,8 +66,9 @@ class Exploration {
   const Best& best() const { return best_; }
   /// Roll-outs after whose result the run went on to the next layer.
   const std::vector<int>& switches() const { return switches_; }
-  /// Slope of the rewards in the convergence window of this layer; nothing before two.
+  /// Slope and mean of the rewards in the convergence window of this layer; nothing before two.
   std::optional<double> reward_slope() const { return search_.reward_slope(); }
+  std::optional<double> mean_reward() const { return search_.mean_reward(); }
 
  private:
   void draw_what_is_permitted();

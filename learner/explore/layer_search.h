@@ -34,6 +34,7 @@ class LayerSearch {
   bool has_converged(const ExplorationSettings& settings) const;
 
   std::optional<double> reward_slope() const { return window_.slope(); }
+  std::optional<double> mean_reward() const { return window_.mean(); }
 
  private:
   SearchDistribution distribution_;
