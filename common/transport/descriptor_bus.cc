@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/timerfd.h>
 #include <unistd.h>
 
@@ -8,6 +9,7 @@
 #include "common/base/check.h"
 #include "common/protocol/limits.h"
 #include "common/transport/lcm_bus.h"
+#include "common/transport/tcpq_probe.h"
 
 namespace treeroll::transport {
 namespace {
@@ -19,12 +21,15 @@ constexpr int kMessagesPerTurn = 256;
 constexpr int kReconnectSeconds = 2;
 
 /// tcpq, memq, file: liblcm's descriptor, watched in the loop. A tcpq server that goes away takes
-/// the descriptor with it; a timer of the bus asks liblcm to connect again.
+/// the descriptor with it; a timer of the bus connects again.
 class DescriptorBus final : public LcmBus {
  public:
-  DescriptorBus(Loop& loop, LcmHandle lcm, LcmUrl url, BusOptions options)
-      : LcmBus(std::move(lcm), std::move(url), std::move(options)), loop_(loop) {
+  DescriptorBus(Loop& loop, LcmUrl url, BusOptions options)
+      : LcmBus(nullptr, std::move(url), std::move(options)), loop_(loop) {
+    // Streams and queues drop nothing that a window could prevent.
     statistics_.receive_buffer_bytes = kReceiveBufferBytesDefault;
+    subscriptions_.reserve(options_.channels.size());  // liblcm keeps their addresses
+    for (const Channel channel : options_.channels) subscriptions_.push_back({this, channel});
   }
 
   ~DescriptorBus() override {
@@ -35,28 +40,29 @@ class DescriptorBus final : public LcmBus {
     }
   }
 
-  Result<bool> start() {
-    subscriptions_.reserve(options_.channels.size());  // liblcm keeps their addresses
-    for (const Channel channel : options_.channels) {
-      subscriptions_.push_back({this, channel});
+  /// Empty if the bus is connected, otherwise why not.
+  std::optional<std::string> open() {
+    if (url_.provider == Provider::kTcpq) {
+      if (auto problem = tcpq_problem(url_)) return problem;
+    }
+    lcm_.reset(lcm_create(url_.text.c_str()));
+    if (!lcm_) {
+      return url_.provider == Provider::kFile
+                 ? "liblcm cannot open the log: it must exist and hold an event, or "
+                   "mode=w must be given"
+                 : "liblcm cannot open it";
+    }
+    for (Subscription& entry : subscriptions_) {
       lcm_subscription_t* subscription =
-          lcm_subscribe(lcm_.get(), channel_name(channel), &DescriptorBus::on_lcm_message,
-                        &subscriptions_.back());
+          lcm_subscribe(lcm_.get(), channel_name(entry.channel), &on_lcm_message, &entry);
       CHECK(subscription != nullptr, "liblcm refuses a channel name");
       lcm_subscription_set_queue_capacity(subscription, kQueueCapacity);
     }
-    if (lcm_get_fileno(lcm_.get()) < 0) {
-      return Error{fmt::format("LCM URL \"{}\": no {} at {}:{}", url_.text,
-                               "tcpq server (`java -cp lcm.jar lcm.lcm.TCPService PORT`)",
-                               url_.host, url_.port)};
+    if (url_.provider == Provider::kTcpq && lcm_get_fileno(lcm_.get()) < 0) {
+      return "the tcpq server hung up";
     }
     follow_descriptor();
-    return true;
-  }
-
-  void publish(const protocol::Message& message) override {
-    LcmBus::publish(message);
-    follow_descriptor();
+    return std::nullopt;
   }
 
  private:
@@ -66,39 +72,41 @@ class DescriptorBus final : public LcmBus {
   };
 
   static void on_lcm_message(const lcm_recv_buf_t* received, const char*, void* user) {
-    // An exception may not cross liblcm; on_message does not throw, the codec neither.
+    // An exception may not cross liblcm; on_message does not throw, nor does the codec.
     const auto* subscription = static_cast<const Subscription*>(user);
-    const std::size_t size = received->data_size;
-    // liblcm hands over 4294967295 where a datagram lacks the NUL of its channel.
-    if (size > protocol::kMessageBytesMax) {
-      ++subscription->bus->statistics_.num_foreign;
-      return;
-    }
     subscription->bus->take(subscription->channel,
-                            {static_cast<const std::byte*>(received->data), size});
+                            {static_cast<const std::byte*>(received->data), received->data_size});
   }
 
-  void drain() {
-    for (int i = 0; i < kMessagesPerTurn; ++i) {
-      const int handled = lcm_handle_timeout(lcm_.get(), 0);
-      if (handled > 0) continue;
-      if (handled < 0) is_ended_ = url_.provider == Provider::kFile;  // the log has been read
-      break;
-    }
+  std::optional<std::string> send(Channel channel, const std::vector<std::byte>& bytes) override {
+    // Asked to publish without a connection, liblcm would wait for one.
+    if (is_lost()) return fmt::format("no connection to {}:{}", url_.host, url_.port);
+    auto problem = LcmBus::send(channel, bytes);
     follow_descriptor();
+    return problem;
+  }
+
+  bool is_lost() const { return url_.provider == Provider::kTcpq && watched_ < 0; }
+
+  void drain() {
+    // Not lcm_handle_timeout(): its select() writes past its set for a descriptor of 1024 or more.
+    pollfd readable{watched_, POLLIN, 0};
+    for (int i = 0; i < kMessagesPerTurn && watched_ >= 0 && poll(&readable, 1, 0) > 0; ++i) {
+      if (lcm_handle(lcm_.get()) < 0) has_failed_ = true;
+      follow_descriptor();
+    }
   }
 
   /// Watches what liblcm says its descriptor is now.
   void follow_descriptor() {
-    const int descriptor = is_ended_ ? -1 : lcm_get_fileno(lcm_.get());
+    // A log that has been read to its end: liblcm's descriptor stays readable for ever.
+    const bool is_ended = has_failed_ && url_.provider != Provider::kTcpq;
+    const int descriptor = is_ended ? -1 : lcm_get_fileno(lcm_.get());
     if (descriptor == watched_) return;
     if (watched_ >= 0) loop_.forget(watched_);
     watched_ = descriptor;
-    if (watched_ >= 0) {
-      loop_.watch(watched_, [this] { drain(); });
-    } else if (!is_ended_ && retry_timer_ < 0) {
-      start_retrying();
-    }
+    if (watched_ >= 0) loop_.watch(watched_, [this] { drain(); });
+    if (is_lost() && retry_timer_ < 0) start_retrying();
   }
 
   void start_retrying() {
@@ -107,9 +115,9 @@ class DescriptorBus final : public LcmBus {
     const itimerspec period{{kReconnectSeconds, 0}, {kReconnectSeconds, 0}};
     CHECK(timerfd_settime(retry_timer_, 0, &period, nullptr) == 0, "timerfd_settime");
     loop_.watch(retry_timer_, [this] {
-      std::uint64_t expirations = 0;
-      if (read(retry_timer_, &expirations, sizeof expirations) < 0) return;
-      if (watched_ < 0) drain();  // liblcm connects again when it is asked for messages
+      std::uint64_t num_expirations = 0;
+      if (read(retry_timer_, &num_expirations, sizeof num_expirations) < 0 || !is_lost()) return;
+      if (const auto problem = open()) statistics_.last_publish_error = *problem;
     });
   }
 
@@ -117,17 +125,17 @@ class DescriptorBus final : public LcmBus {
   std::vector<Subscription> subscriptions_;
   int watched_ = -1;
   int retry_timer_ = -1;
-  bool is_ended_ = false;
+  bool has_failed_ = false;
 };
 
 }  // namespace
 
 Result<std::unique_ptr<Bus>> open_descriptor_bus(Loop& loop, LcmUrl url, BusOptions options) {
-  LcmHandle lcm(lcm_create(url.text.c_str()));
-  if (!lcm) return Error{fmt::format("LCM URL \"{}\": liblcm cannot open it", url.text)};
-  auto bus =
-      std::make_unique<DescriptorBus>(loop, std::move(lcm), std::move(url), std::move(options));
-  if (const auto started = bus->start(); !started) return started.error();
+  const std::string text = url.text;
+  auto bus = std::make_unique<DescriptorBus>(loop, std::move(url), std::move(options));
+  if (const auto problem = bus->open()) {
+    return Error{fmt::format("LCM URL \"{}\": {}", text, *problem)};
+  }
   return std::unique_ptr<Bus>(std::move(bus));
 }
 

@@ -18,19 +18,24 @@ void LcmBus::publish(const protocol::Message& message) {
   const Channel channel = channel_of(message);
   const std::vector<std::byte> bytes = encode(message);
   // What every receiver would refuse is not sent: size, limits, a reward that is no number.
-  auto refused = refusal(channel, bytes);
-  if (!refused) {
-    errno = 0;
-    if (lcm_publish(lcm_.get(), channel_name(channel), bytes.data(),
-                    static_cast<unsigned>(bytes.size())) == 0) {
-      ++statistics_.num_published;
-      return;
-    }
-    refused = fmt::format("sending {} bytes failed: {}", bytes.size(),
-                          errno == 0 ? "liblcm does not say why" : std::strerror(errno));
+  auto problem = refusal(channel, bytes);
+  if (!problem) problem = send(channel, bytes);
+  if (!problem) {
+    ++statistics_.num_published;
+    return;
   }
   ++statistics_.num_unsent;
-  statistics_.last_publish_error = fmt::format("{}: {}", channel_name(channel), *refused);
+  statistics_.last_publish_error = fmt::format("{}: {}", channel_name(channel), *problem);
+}
+
+std::optional<std::string> LcmBus::send(Channel channel, const std::vector<std::byte>& bytes) {
+  errno = 0;
+  if (lcm_publish(lcm_.get(), channel_name(channel), bytes.data(),
+                  static_cast<unsigned>(bytes.size())) == 0) {
+    return std::nullopt;
+  }
+  return fmt::format("sending {} bytes failed: {}", bytes.size(),
+                     errno == 0 ? "liblcm does not say why" : std::strerror(errno));
 }
 
 bool LcmBus::crosses_hosts() const {

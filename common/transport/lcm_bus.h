@@ -2,9 +2,12 @@
 
 #include <lcm/lcm.h>
 
+#include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "common/base/result.h"
 #include "common/transport/bus.h"
@@ -22,13 +25,15 @@ using LcmHandle = std::unique_ptr<lcm_t, LcmDestroyer>;
 /// codec. How messages are received is the subclass's part.
 class LcmBus : public Bus {
  public:
-  void publish(const protocol::Message& message) override;
+  void publish(const protocol::Message& message) final;
   BusStatistics statistics() const override { return statistics_; }
   bool crosses_hosts() const override;
   std::size_t batch_bytes_max() const override;
 
  protected:
   LcmBus(LcmHandle lcm, LcmUrl url, BusOptions options);
+  /// Hands encoded bytes to liblcm; otherwise why not.
+  virtual std::optional<std::string> send(Channel channel, const std::vector<std::byte>& bytes);
   /// Decodes and hands over, or counts the refusal.
   void take(Channel channel, std::span<const std::byte> bytes);
 

@@ -1,5 +1,7 @@
 #include "common/transport/loop.h"
 
+#include <fcntl.h>
+
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
@@ -114,7 +116,11 @@ void Loop::watch(int descriptor, std::function<void()> callback) {
   auto watch = std::make_shared<Watch>(implementation_->context, descriptor, std::move(callback));
   const bool is_new = implementation_->watches.emplace(descriptor, watch).second;
   CHECK(is_new, "a descriptor is watched twice");
+  // Asio makes what it waits for non-blocking, once. It reads nothing here, and liblcm's tcpq takes
+  // a message that has come only in part for a lost connection.
+  const int flags = fcntl(descriptor, F_GETFL);
   watch->wait();
+  CHECK(fcntl(descriptor, F_SETFL, flags) == 0, "F_SETFL");
 }
 
 void Loop::forget(int descriptor) {

@@ -42,4 +42,11 @@ std::optional<double> RewardWindow::slope() const {
   return least_squares_slope(rewards());
 }
 
+std::optional<double> RewardWindow::mean() const {
+  if (size_ < 2) return std::nullopt;
+  double sum = 0;
+  for (const double reward : rewards()) sum += reward;
+  return sum / static_cast<double>(size_);
+}
+
 }  // namespace treeroll

@@ -23,6 +23,7 @@ class RewardWindow {
   std::span<const double> rewards() const;
   /// Slope over the rewards there are, up to M; nothing before two.
   std::optional<double> slope() const;
+  std::optional<double> mean() const;
 
  private:
   // Each reward is written twice, M places apart, so that the last M always lie side by side.

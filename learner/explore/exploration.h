@@ -2,32 +2,17 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <deque>
+#include <map>
 #include <optional>
 #include <vector>
 
 #include "common/base/rollout_status.h"
 #include "common/policy/policy.h"
+#include "learner/explore/exploration_settings.h"
+#include "learner/explore/layer_search.h"
 
 namespace treeroll {
-
-/// Settings of one run's search: thesis table 3-2.
-struct ExplorationSettings {
-  int num_rollouts = 200;        ///< N, the budget
-  int in_flight = 1;             ///< draws ahead of applied results
-  int first_update = 10;         ///< S_init
-  int best_considered = 5;       ///< I
-  int convergence_window = 20;   ///< M
-  double convergence_slope = 0;  ///< eps_conv, reward per roll-out
-  std::vector<double>
-      noise_variance;  ///< diag of Sigma_noise for one component (theta_dim_per_component)
-  double initial_noise_factor = 1;       ///< gamma: initial noise = gamma * noise_variance
-  double minimum_noise_fraction = 1e-2;  ///< eps_noise: minimum noise = eps_noise * noise_variance
-  int minimum_noise_decay_start = 0;     ///< n0; 0: no decay. After n > n0 results of the run the
-  double minimum_noise_decay_power = 1;  ///< minimum noise is multiplied by (n0 / n)^power
-  int first_layer = 1;                   ///< explored first
-  int last_layer = 1;                    ///< explored to the end of the budget
-  bool operator==(const ExplorationSettings&) const = default;
-};
 
 /// A roll-out to be made.
 struct Draw {
@@ -37,41 +22,71 @@ struct Draw {
 };
 
 /// One run: algorithm 2 of the thesis as ask and tell. A pure function of its settings, start,
-/// seed, repetition and the results told, in the order they are told.
+/// seed, repetition and the results told, in the order they are told. Not when ask() is called:
+/// roll-out i is drawn as soon as max(0, i - in_flight + 1) results have been told, and ask()
+/// hands it out as it was drawn.
+///
+///   Exploration run(settings, start, layout, seed, repetition);
+///   while (!run.done()) {
+///     while (std::optional<Draw> draw = run.ask()) execute(run.policy(draw->layer), *draw);
+///     const auto [rollout, reward, status] = wait_for_a_result();
+///     run.tell(rollout, reward, status);
+///   }
 class Exploration {
  public:
+  /// Precondition: the settings obey the rules of read_exploration_settings() for this start,
+  /// num_rollouts and in_flight are at least 1.
   Exploration(ExplorationSettings settings, TreeModel start, ThetaLayout layout, std::uint64_t seed,
               std::uint32_t repetition);
 
   /// The next roll-out in number order, or none until more results have been told.
   std::optional<Draw> ask();
-  /// Applies the result of a roll-out that was asked for and not told before. Failed: reward 0.
+  /// Applies the result of a roll-out that was asked for and not told before.
+  /// @param reward  finite and not negative; a failed roll-out counts as reward 0 whatever it is
   void tell(int rollout, double reward, RolloutStatus status);
 
   bool done() const;  ///< all N results have been told
-  int num_told() const;
-  int layer() const;  ///< being explored
+  int num_told() const { return num_told_; }
+  int layer() const { return policies_.back().layer; }  ///< being explored
   /// Tree as it was when `layer` began to be explored, with that layer: what theta~ refers to.
-  /// Precondition: the layer has begun.
+  /// Precondition: the layer has begun. The reference stays valid as long as the run.
   const Policy& policy(int layer) const;
   /// Current mean parameters of layer().
-  const Eigen::VectorXd& mean() const;
-  const Eigen::MatrixXd& noise() const;
+  const Eigen::VectorXd& mean() const { return search_.distribution().mean; }
+  /// Current exploration noise of layer(), a covariance.
+  const Eigen::MatrixXd& noise() const { return search_.distribution().noise; }
 
   struct Best {
     int rollout = -1;  ///< -1 before the first result
-    int layer = 0;
+    int layer = 0;     ///< drawn at: theta is for policy(layer)
     double reward = 0;
     Eigen::VectorXd theta;
   };
-  const Best& best() const;
+  /// The highest reward told, of any layer; of equal ones the lowest number.
+  const Best& best() const { return best_; }
   /// Roll-outs after whose result the run went on to the next layer.
-  const std::vector<int>& switches() const;
+  const std::vector<int>& switches() const { return switches_; }
   /// Slope and mean of the rewards in the convergence window of this layer; nothing before two.
-  std::optional<double> reward_slope() const;
+  std::optional<double> reward_slope() const { return search_.reward_slope(); }
+  std::optional<double> mean_reward() const { return search_.mean_reward(); }
 
  private:
-  // (the room decides)
+  void draw_what_is_permitted();
+  void keep_if_best(const Draw& draw, double reward);
+  void go_to_next_layer();
+
+  ExplorationSettings settings_;
+  std::uint64_t seed_;
+  std::uint32_t repetition_;
+  // Of the layers begun, the first being first_layer. A deque: references stay valid as it grows.
+  std::deque<Policy> policies_;
+  LayerSearch search_;         // of layer()
+  std::map<int, Draw> drawn_;  // not told yet, by number: at most in_flight
+  int next_draw_ = 0;
+  int next_ask_ = 0;
+  int num_told_ = 0;
+  Best best_;
+  std::vector<int> switches_;
 };
 
 }  // namespace treeroll

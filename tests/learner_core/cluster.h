@@ -72,10 +72,7 @@ class Cluster {
   void run(
       Duration limit, const std::function<void()>& each = [] {}) {
     const TimePoint end = now + limit;
-    while (core->outcome() == LearnerCore::Outcome::kRunning && now < end) {
-      advance();
-      each();
-    }
+    while (core->outcome() == LearnerCore::Outcome::kRunning && advance(end)) each();
   }
 
   void give(const protocol::Message& message) {
@@ -91,8 +88,9 @@ class Cluster {
   std::vector<protocol::Message> sent;  ///< by the learner
 
  private:
-  /// To the next event: the learner's deadline, a heartbeat or the end of an evaluation.
-  void advance() {
+  /// To the next event: the learner's deadline, a heartbeat or the end of an evaluation. False,
+  /// and nothing happens, if that is after `end`.
+  bool advance(TimePoint end) {
     TimePoint next = core->next_deadline();
     std::size_t who = workers.size();
     bool heartbeat = false;
@@ -108,6 +106,10 @@ class Cluster {
         heartbeat = true;
       }
     }
+    if (next > end) {
+      now = end;
+      return false;
+    }
     now = std::max(now, next);
     if (who == workers.size()) {
       step(learner_event::Timer{});
@@ -117,6 +119,7 @@ class Cluster {
     } else {
       to_learner(workers[who]->finish(kLearner, now));
     }
+    return true;
   }
 
   bool arrives() { return loss == 0 || fate_.next_uniform() >= loss; }

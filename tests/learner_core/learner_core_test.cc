@@ -196,7 +196,8 @@ TEST(LearnerCoreTest, CountsAFailedRolloutWithRewardZero) {
   cluster.run(seconds(100));
   ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
   EXPECT_EQ(cluster.core->counters().failed, 10);
-  for (const RolloutRecord& rollout : cluster.core->run_records()[0].rollouts) {
+  const RunRecord record = cluster.core->run_records()[0];
+  for (const RolloutRecord& rollout : record.rollouts) {
     EXPECT_EQ(rollout.reward, 0);
     EXPECT_EQ(rollout.status, RolloutStatus::kDiverged);
   }

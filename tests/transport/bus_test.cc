@@ -1,12 +1,15 @@
 #include "common/transport/bus.h"
 
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <cmath>
-#include <cstring>
 
 #include "common/protocol/limits.h"
 #include "common/transport/codec.h"
+#include "common/transport/lcm_url.h"
 #include "tests/transport/loopback.h"
 #include "tests/transport/message_maker.h"
 
@@ -18,6 +21,10 @@ using protocol::Message;
 using testing::HasSubstr;
 
 const std::vector<Channel> kAll(kAllChannels.begin(), kAllChannels.end());
+
+std::string text_of(const std::vector<std::byte>& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
 
 TEST(BusTest, TwoBusesExchangeEveryMessageInOrder) {
   Loop loop;
@@ -69,6 +76,172 @@ TEST(BusTest, ReceivesOnlyTheChannelsItAskedFor) {
     EXPECT_EQ(listeners[i]->received, std::vector<Message>{sent[i]});
     EXPECT_EQ(listeners[i]->bus->statistics().num_foreign, 0) << "the kernel's filter let it by";
   }
+}
+
+TEST(BusTest, GarbageOnTheGroupIsCountedOrFilteredAndHarmsNothing) {
+  Loop loop;
+  const std::string url = loopback_url(3);
+  Listener listener(loop, url, kAll);
+  Listener sender(loop, url, {});
+  const std::string truth = text_of(encode(protocol::RunStatus{}));
+  std::int64_t num_refused = 0;
+  const auto refused = [&](const std::string& datagram) {
+    send_datagram(url, datagram);
+    ++num_refused;
+  };
+  // Past the kernel's filter, to the codec.
+  refused(short_message("TREEROLL_RUNS", truth.substr(0, 40)));
+  refused(short_message("TREEROLL_RUNS", truth + "x"));
+  refused(short_message("TREEROLL_BEST", truth));
+  // 36 bytes that claim two billion roll-outs.
+  const std::string batch = text_of(encode(protocol::RolloutBatch{}));
+  refused(short_message("TREEROLL_ROLLOUTS",
+                        batch.substr(0, 24) + "\x7f\xff\xff\xff" + std::string(8, '\0')));
+  // Not past the filter.
+  send_datagram(url, "");
+  send_datagram(url, "LC02\1\1\1\1x");  // nine bytes without a NUL
+  send_datagram(url, std::string(60000, 'x'));
+  send_datagram(url, short_message("TREEROLL_RUN", truth));
+  send_datagram(url, short_message("TREEROLL_RUNSX", truth));
+  send_datagram(url, short_message("SOMETHING_ELSE", truth));
+  send_datagram(url, short_message(std::string(100, 'c'), truth));
+  std::string fragment = short_message("TREEROLL_RUNS", truth);
+  fragment[3] = '3';
+  send_datagram(url, fragment);
+  const Message last = MessageMaker(3).make(Channel::kBestPolicy);
+  sender.bus->publish(last);
+  ASSERT_TRUE(run_until(loop, [&] { return !listener.received.empty(); }));
+  EXPECT_EQ(listener.received, std::vector<Message>{last});
+  const BusStatistics statistics = listener.bus->statistics();
+  EXPECT_EQ(statistics.num_rejected, num_refused);
+  EXPECT_EQ(statistics.num_foreign, 0);
+  EXPECT_EQ(statistics.last_rejection,
+            "rollout_batch.rollouts: count 2147483647 is not within 0..1024");
+}
+
+TEST(BusTest, AnotherGroupOnTheSamePortIsNotHeard) {
+  Loop loop;
+  Listener listener(loop, loopback_url(4), kAll);
+  Listener neighbour(loop, loopback_url(5), kAll);
+  const Message theirs = MessageMaker(4).make(Channel::kRunStatus);
+  const Message ours = MessageMaker(5).make(Channel::kRunStatus);
+  neighbour.bus->publish(theirs);
+  listener.bus->publish(ours);
+  ASSERT_TRUE(
+      run_until(loop, [&] { return !listener.received.empty() && !neighbour.received.empty(); }));
+  EXPECT_EQ(listener.received, std::vector<Message>{ours});
+  EXPECT_EQ(neighbour.received, std::vector<Message>{theirs});
+}
+
+TEST(BusTest, ABurstOfFullBatchesIsReceivedWhole) {
+  Loop loop;
+  const std::string url = loopback_url(6);
+  Listener listener(loop, url, {Channel::kRolloutBatch});
+  Listener sender(loop, url, {});
+  protocol::RolloutBatch batch;
+  batch.rollouts.assign(1, {});
+  batch.rollouts[0].theta.assign(protocol::kThetaDimMax, 0.5);
+  // 32 kB each; half of what the kernel granted.
+  const int num_batches = listener.bus->statistics().receive_buffer_bytes / 2 / 33000;
+  ASSERT_GT(num_batches, 0);
+  for (batch.sequence = 1; batch.sequence <= num_batches; ++batch.sequence) {
+    sender.bus->publish(batch);
+  }
+  run_until(loop, [&] { return listener.received.size() >= std::size_t(num_batches); });
+  ASSERT_EQ(listener.received.size(), std::size_t(num_batches));
+  for (int i = 0; i < num_batches; ++i) {
+    EXPECT_EQ(std::get<protocol::RolloutBatch>(listener.received[std::size_t(i)]).sequence, i + 1);
+  }
+}
+
+TEST(BusTest, WhatAReceiverWouldRefuseIsNotSentAndSaidSo) {
+  Loop loop;
+  const std::string url = loopback_url(7);
+  Listener bus(loop, url, kAll);
+  protocol::RewardBatch too_large;
+  too_large.results.assign(1024, {});
+  too_large.held.assign(4096, {});
+  bus.bus->publish(too_large);
+  EXPECT_EQ(bus.bus->statistics().num_unsent, 1);
+  EXPECT_THAT(bus.bus->statistics().last_publish_error,
+              HasSubstr("TREEROLL_REWARDS: reward_batch: "));
+  EXPECT_THAT(bus.bus->statistics().last_publish_error, HasSubstr("more than 65000"));
+  protocol::RunStatus not_finite;
+  not_finite.mean_reward = std::nan("");
+  bus.bus->publish(not_finite);
+  EXPECT_EQ(bus.bus->statistics().num_unsent, 2);
+  EXPECT_EQ(bus.bus->statistics().last_publish_error,
+            "TREEROLL_RUNS: run_status.mean_reward: nan is not a finite number");
+  EXPECT_EQ(bus.bus->statistics().num_published, 0);
+}
+
+TEST(BusTest, TheLargestMessageOfALimitedSizeGoesThrough) {
+  Loop loop;
+  const std::string url = loopback_url(8);
+  Listener bus(loop, url, kAll);
+  protocol::PolicyDefinition policy;
+  policy.content.assign(protocol::kDefinitionBytesMax, 'x');
+  bus.bus->publish(policy);
+  ASSERT_TRUE(run_until(loop, [&] { return !bus.received.empty(); }))
+      << bus.bus->statistics().last_publish_error;
+  EXPECT_EQ(bus.received, std::vector<Message>{policy});
+}
+
+TEST(BusTest, TheReceiveBufferIsWhatTheUrlAsksFor) {
+  Loop loop;
+  Listener bus(loop, loopback_url(9, "&recv_buf_size=65536"), kAll);
+  EXPECT_EQ(bus.bus->statistics().receive_buffer_bytes, 65536);
+}
+
+TEST(BusTest, MessagesCrossHostsWhenTheyMayLeaveThisOne) {
+  Loop loop;
+  Listener local(loop, loopback_url(10), {});
+  EXPECT_FALSE(local.bus->crosses_hosts());
+  EXPECT_EQ(local.bus->batch_bytes_max(), protocol::kBatchBytesLocalMax);
+  std::string url = loopback_url(11);
+  url.replace(url.find("ttl=0"), 5, "ttl=1");
+  Listener remote(loop, url, {});
+  EXPECT_TRUE(remote.bus->crosses_hosts());
+  EXPECT_EQ(remote.bus->batch_bytes_max(), protocol::kBatchBytesRemoteMax);
+}
+
+TEST(BusTest, ABusMayBeClosedAndOpenedAgain) {
+  Loop loop;
+  const std::string url = loopback_url(12);
+  for (int i = 0; i < 20; ++i) {
+    Listener bus(loop, url, kAll);
+    const Message message = MessageMaker(static_cast<std::uint64_t>(i)).make(Channel::kRunStatus);
+    bus.bus->publish(message);
+    ASSERT_TRUE(run_until(loop, [&] { return !bus.received.empty(); }));
+    EXPECT_EQ(bus.received, std::vector<Message>{message});
+  }
+}
+
+TEST(BusTest, ABadUrlOpensNothing) {
+  Loop loop;
+  const auto bus = open_bus(loop, {"udpm://239.255.76.67:7667?ttl=many", {}, {}});
+  ASSERT_FALSE(bus);
+  EXPECT_EQ(bus.error().message,
+            "LCM URL \"udpm://239.255.76.67:7667?ttl=many\": ttl \"many\" must be a whole number "
+            "within 0..255");
+}
+
+TEST(BusTest, AnAddressInUseIsSaidSo) {
+  Loop loop;
+  const std::string url = loopback_url(13);
+  const auto parsed = parse_lcm_url(url);
+  // Another program that does not share the address.
+  const int descriptor = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(parsed->port);
+  inet_pton(AF_INET, parsed->host.c_str(), &address.sin_addr);
+  ASSERT_EQ(bind(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  const auto bus = open_bus(loop, {url, {}, {}});
+  close(descriptor);
+  ASSERT_FALSE(bus);
+  EXPECT_THAT(bus.error().message, HasSubstr("cannot listen on 239.255.77.13:"));
+  EXPECT_THAT(bus.error().message, HasSubstr("Address already in use"));
 }
 
 }  // namespace

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+
+#include "common/base/random_stream.h"
+#include "learner/explore/best_rollouts.h"
+#include "learner/explore/convergence.h"
+#include "learner/explore/exploration_settings.h"
+#include "learner/explore/power_update.h"
+
+namespace treeroll {
+
+/// The search within one layer: lines 2 to 10 of thesis algorithm 2. Made anew at each switch, so
+/// that noise and history start afresh. Holds I roll-outs and 2 M rewards, however long it runs.
+class LayerSearch {
+ public:
+  /// @param theta  n x 1, where the search starts; n a multiple of noise_variance's size
+  LayerSearch(const ExplorationSettings& settings, Eigen::VectorXd theta);
+
+  const SearchDistribution& distribution() const { return distribution_; }
+
+  /// theta~ drawn from the distribution as it stands.
+  Eigen::VectorXd draw(RandomStream stream);
+
+  /// A result of this layer joins the history; from the S_init-th on an update follows.
+  /// @param num_results_of_run  results applied in this run, this one included: n of the minimum
+  ///                            noise's decay
+  void learn(const ExplorationSettings& settings, RatedRollout rollout, int num_results_of_run);
+
+  /// Enough results of this layer, max(M, S_init) + in_flight - 1, and the slope of the last M
+  /// below eps_conv, (3-7). The in_flight - 1 allow for results drawn before the latest updates.
+  bool has_converged(const ExplorationSettings& settings) const;
+
+  std::optional<double> reward_slope() const { return window_.slope(); }
+  std::optional<double> mean_reward() const { return window_.mean(); }
+
+ private:
+  SearchDistribution distribution_;
+  std::optional<Eigen::MatrixXd> factor_;  // of the noise, made when a draw needs it
+  Eigen::VectorXd noise_variance_;         // n x 1, gamma = 1: (minimum noise) / eps_noise
+  BestRollouts history_;
+  RewardWindow window_;
+  std::int64_t num_results_ = 0;
+};
+
+}  // namespace treeroll

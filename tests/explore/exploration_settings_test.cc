@@ -1,0 +1,157 @@
+#include "learner/explore/exploration_settings.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/config_error.h"
+#include "common/base/settings_reader.h"
+#include "trees.h"
+
+namespace treeroll {
+namespace {
+
+using nlohmann::json;
+
+ExplorationSettings read(const json& table, json& resolved,
+                         ThetaLayout layout = ThetaLayout::kMeansCholesky) {
+  SettingsReader reader(table, "exploration", resolved);
+  ExplorationSettings settings = read_exploration_settings(reader, two_layer_tree(), layout);
+  reader.finish();
+  return settings;
+}
+
+const json kTable = {{"noise_variance", {.01, .3, .02}}};
+
+TEST(ExplorationSettingsTest, DefaultsToTable43AndToEveryLayerOfTheTree) {
+  json resolved;
+  const ExplorationSettings settings = read(kTable, resolved);
+  ExplorationSettings expected;
+  expected.first_update = 10;
+  expected.best_considered = 2;
+  expected.convergence_window = 20;
+  expected.convergence_slope = 0;
+  expected.noise_variance = {.01, .3, .02};
+  expected.initial_noise_factor = 1;
+  expected.minimum_noise_fraction = 5e-3;
+  expected.minimum_noise_decay_start = 0;
+  expected.first_layer = 1;
+  expected.last_layer = 2;
+  EXPECT_EQ(settings, expected);
+}
+
+TEST(ExplorationSettingsTest, ReadsEveryKey) {
+  const json table = {{"rule", "power"},
+                      {"first_update", 6},
+                      {"best_considered", 5},
+                      {"convergence_window", 10},
+                      {"convergence_slope", 1e-3},
+                      {"noise_variance", {.1, 1}},
+                      {"initial_noise_factor", .03},
+                      {"minimum_noise_fraction", .02},
+                      {"minimum_noise_decay_start", 50},
+                      {"minimum_noise_decay_power", 2},
+                      {"first_layer", 2},
+                      {"last_layer", 2}};
+  json resolved;
+  const ExplorationSettings settings = read(table, resolved, ThetaLayout::kMeans);
+  ExplorationSettings expected;
+  expected.first_update = 6;
+  expected.best_considered = 5;
+  expected.convergence_window = 10;
+  expected.convergence_slope = 1e-3;
+  expected.noise_variance = {.1, 1};
+  expected.initial_noise_factor = .03;
+  expected.minimum_noise_fraction = .02;
+  expected.minimum_noise_decay_start = 50;
+  expected.minimum_noise_decay_power = 2;
+  expected.first_layer = 2;
+  expected.last_layer = 2;
+  EXPECT_EQ(settings, expected);
+  EXPECT_EQ(resolved, table);
+}
+
+TEST(ExplorationSettingsTest, GivesTheSameAgainFromWhatItResolved) {
+  json resolved;
+  const ExplorationSettings settings = read(kTable, resolved);
+  json resolved_again;
+  EXPECT_EQ(read(resolved, resolved_again), settings);
+  EXPECT_EQ(resolved_again, resolved);
+}
+
+TEST(ExplorationSettingsTest, NamesKeyAndRuleOfWhatItRefuses) {
+  struct Case {
+    const char* key;
+    json value;
+    const char* error;
+  };
+  const Case cases[] = {
+      {"rule", "cma", "exploration.rule = \"cma\": must be one of: power"},
+      {"first_update", 0, "exploration.first_update = 0: must be an integer from 1 to 1000000000"},
+      {"best_considered", 11,
+       "exploration.best_considered = 11: must be at most first_update, which is 10"},
+      {"best_considered", 0, "exploration.best_considered = 0: must be an integer from 1 to 1000"},
+      {"convergence_window", 1,
+       "exploration.convergence_window = 1: must be an integer from 2 to 100000"},
+      {"convergence_slope", "low",
+       "exploration.convergence_slope = \"low\": must be a finite number"},
+      {"noise_variance", {.01, .3}, "exploration.noise_variance = [0.01,0.3]: must hold 3 numbers"},
+      {"noise_variance",
+       {.01, -.3, .02},
+       "exploration.noise_variance = [0.01,-0.3,0.02]: each number of the list must be a finite "
+       "number of at least 1e-30 and at most 1e+30"},
+      {"initial_noise_factor", 0,
+       "exploration.initial_noise_factor = 0: must be a finite number of at least 1e-12 and at "
+       "most 1000000000000"},
+      {"minimum_noise_fraction", -1,
+       "exploration.minimum_noise_fraction = -1: must be a finite number of at least 1e-12 and at "
+       "most 1000000000000"},
+      {"minimum_noise_decay_start", -1,
+       "exploration.minimum_noise_decay_start = -1: must be an integer from 0 to 1000000000"},
+      {"minimum_noise_decay_power", 0,
+       "exploration.minimum_noise_decay_power = 0: must be a finite number above 0 and at most 10"},
+      {"first_layer", 3, "exploration.first_layer = 3: must be an integer from 1 to 2"},
+      {"last_layer", 3, "exploration.last_layer = 3: must be an integer from 1 to 2"},
+  };
+  for (const Case& bad : cases) {
+    json table = kTable;
+    table[bad.key] = bad.value;
+    try {
+      json resolved;
+      read(table, resolved);
+      ADD_FAILURE() << bad.key << " = " << bad.value << " was accepted";
+    } catch (const ConfigError& error) {
+      EXPECT_STREQ(error.what(), bad.error);
+    }
+  }
+}
+
+TEST(ExplorationSettingsTest, RefusesLayersInTheWrongOrderAndAMissingNoise) {
+  json resolved;
+  json table = kTable;
+  table["first_layer"] = 2;
+  table["last_layer"] = 1;
+  try {
+    read(table, resolved);
+    ADD_FAILURE();
+  } catch (const ConfigError& error) {
+    EXPECT_STREQ(error.what(),
+                 "exploration.last_layer = 1: must be at least first_layer, which is 2");
+  }
+  EXPECT_THROW(read(json::object(), resolved), ConfigError);
+}
+
+TEST(MinimumNoiseDecayTest, StartsAfterItsStartWithItsPower) {
+  ExplorationSettings settings;
+  EXPECT_EQ(minimum_noise_decay(settings, 1'000'000), 1);
+  settings.minimum_noise_decay_start = 50;
+  EXPECT_EQ(minimum_noise_decay(settings, 1), 1);
+  EXPECT_EQ(minimum_noise_decay(settings, 50), 1);
+  EXPECT_NEAR(minimum_noise_decay(settings, 51), 50. / 51, 1e-15);
+  EXPECT_NEAR(minimum_noise_decay(settings, 200), .25, 1e-15);
+  settings.minimum_noise_decay_power = 2;
+  EXPECT_NEAR(minimum_noise_decay(settings, 200), .0625, 1e-15);
+}
+
+}  // namespace
+}  // namespace treeroll

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "common/policy/policy.h"
+#include "learner/explore/exploration.h"
+
+namespace treeroll {
+
+/// Gaussians with means (time, 0) equally spaced over [0, 2], one input and one output.
+Gmm spaced_gmm(int num_components);
+/// One layer of two Gaussians: 4 elements of theta in the layout of means.
+TreeModel flat_tree();
+/// Two Gaussians over four.
+TreeModel two_layer_tree();
+
+/// For theta in the layout of means: variances .01 and .04 of each component.
+ExplorationSettings settings_for_means();
+
+/// A run over the layout of means with seed 7.
+Exploration run_over_means(const ExplorationSettings& settings, TreeModel start,
+                           std::uint32_t repetition = 0);
+
+}  // namespace treeroll

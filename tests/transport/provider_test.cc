@@ -1,0 +1,150 @@
+#include <gmock/gmock.h>
+
+#include <ctime>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/protocol/limits.h"
+#include "common/transport/codec.h"
+#include "tests/transport/child_process.h"
+#include "tests/transport/loopback.h"
+#include "tests/transport/message_maker.h"
+
+// The providers that go through liblcm's descriptor.
+namespace treeroll::transport {
+namespace {
+
+using protocol::Message;
+using testing::HasSubstr;
+
+const std::vector<Channel> kAll(kAllChannels.begin(), kAllChannels.end());
+
+TEST(ProviderTest, MemqBringsEveryMessageBackInOrder) {
+  Loop loop;
+  Listener bus(loop, "memq://", kAll);
+  std::vector<Message> sent;
+  MessageMaker maker(1);
+  for (int i = 0; i < 100; ++i) {  // past liblcm's default queue of 30
+    for (const Channel channel : kAllChannels) {
+      sent.push_back(maker.make(channel));
+      bus.bus->publish(sent.back());
+    }
+  }
+  ASSERT_TRUE(run_until(loop, [&] { return bus.received.size() >= sent.size(); }));
+  EXPECT_EQ(bus.received, sent);
+  EXPECT_FALSE(bus.bus->crosses_hosts());
+}
+
+TEST(ProviderTest, MemqReceivesOnlyTheChannelsItAskedFor) {
+  Loop loop;
+  Listener bus(loop, "memq://", {Channel::kBestPolicy});
+  MessageMaker maker(2);
+  for (const Channel channel : kAllChannels) bus.bus->publish(maker.make(channel));
+  ASSERT_TRUE(run_until(loop, [&] { return !bus.received.empty(); }));
+  ASSERT_EQ(bus.received.size(), 1U);
+  EXPECT_EQ(channel_of(bus.received[0]), Channel::kBestPolicy);
+}
+
+TEST(ProviderTest, ALogThatABusWroteIsReadByAnotherToItsEnd) {
+  const ScratchFolder folder;
+  const std::string path = folder.path() + "/run.log";
+  Loop loop;
+  std::vector<Message> sent;
+  {
+    Listener writer(loop, "file://" + path + "?mode=w", {});
+    MessageMaker maker(3);
+    for (int i = 0; i < 50; ++i) {
+      sent.push_back(maker.make(kAllChannels[static_cast<std::size_t>(i) % kAllChannels.size()]));
+      writer.bus->publish(sent.back());
+    }
+    EXPECT_EQ(writer.bus->statistics().num_published, 50);
+  }
+  Listener reader(loop, "file://" + path + "?speed=0", kAll);
+  ASSERT_TRUE(run_until(loop, [&] { return reader.received.size() >= sent.size(); }));
+  EXPECT_EQ(reader.received, sent);
+  // At its end there is nothing to wait for: the loop must not spin on the descriptor.
+  const std::clock_t before = std::clock();
+  run_until(
+      loop, [] { return false; }, std::chrono::milliseconds(200));
+  EXPECT_LT(std::clock() - before, CLOCKS_PER_SEC / 10) << "processor time of 0.2 s of idling";
+}
+
+TEST(ProviderTest, ALogThatIsNotThereIsSaidSo) {
+  Loop loop;
+  const auto bus = open_bus(loop, {"file:///nowhere/run.log", {}, {}});
+  ASSERT_FALSE(bus);
+  EXPECT_THAT(bus.error().message, HasSubstr("LCM URL \"file:///nowhere/run.log\": "));
+  EXPECT_THAT(bus.error().message, HasSubstr("log"));
+}
+
+TEST(ProviderTest, NoTcpqServerIsSaidSo) {
+  Loop loop;
+  const auto bus = open_bus(loop, {"tcpq://127.0.0.1:1", {}, {}});
+  ASSERT_FALSE(bus);
+  EXPECT_EQ(bus.error().message,
+            "LCM URL \"tcpq://127.0.0.1:1\": no tcpq server at 127.0.0.1:1: Connection refused");
+}
+
+/// A server of another kind: takes connections and says nothing, or something else.
+TEST(ProviderTest, WhatIsNoTcpqServerIsNotWaitedForForever) {
+  Loop loop;
+  const SilentServer server;
+  const std::string url = "tcpq://127.0.0.1:" + std::to_string(server.port());
+  const auto bus = open_bus(loop, {url, {}, {}});
+  ASSERT_FALSE(bus);
+  EXPECT_THAT(bus.error().message, HasSubstr("no answer within a second"));
+}
+
+const char* const kLcmJar = "/usr/share/java/lcm.jar";
+
+TEST(ProviderTest, TcpqExchangesMessagesAndOutlivesItsServer) {
+  if (!std::filesystem::exists(kLcmJar) || !std::filesystem::exists("/usr/bin/java")) {
+    GTEST_SKIP() << "needs Java and " << kLcmJar << " (liblcm-java)";
+  }
+  const std::string port = std::to_string(free_tcp_port());
+  const std::vector<std::string> command = {"/usr/bin/java", "-cp", kLcmJar, "lcm.lcm.TCPService",
+                                            port};
+  const std::string url = "tcpq://127.0.0.1:" + port;
+  Loop loop;
+  const Duration patience = std::chrono::seconds(30);
+  auto server = std::make_unique<ChildProcess>(command);
+  ASSERT_TRUE(run_until(
+      loop,
+      [&] {
+        return bool(open_bus(loop, {url, {}, {}}));
+      },
+      patience));
+  Listener learner(loop, url, kAll);
+  Listener worker(loop, url, kAll);
+  EXPECT_TRUE(learner.bus->crosses_hosts());
+  EXPECT_EQ(learner.bus->batch_bytes_max(), protocol::kBatchBytesLocalMax);
+  const Message first = MessageMaker(1).make(Channel::kRolloutBatch);
+  // The server takes subscriptions in its own time.
+  const auto exchange = [&](const Message& message) {
+    return run_until(
+        loop,
+        [&] {
+          learner.bus->publish(message);
+          return !worker.received.empty() && worker.received.back() == message;
+        },
+        patience);
+  };
+  ASSERT_TRUE(exchange(first));
+
+  server.reset();
+  ASSERT_TRUE(run_until(
+      loop,
+      [&] {
+        learner.bus->publish(first);
+        return learner.bus->statistics().num_unsent > 0;
+      },
+      patience));
+  EXPECT_THAT(learner.bus->statistics().last_publish_error, HasSubstr("TREEROLL_ROLLOUTS: "));
+
+  server = std::make_unique<ChildProcess>(command);
+  EXPECT_TRUE(exchange(MessageMaker(2).make(Channel::kRolloutBatch)));
+}
+
+}  // namespace
+}  // namespace treeroll::transport
