@@ -115,7 +115,7 @@ void World::build() {
 /// Angle of a body about z, in the turn nearest to the angle before.
 double unwrapped_angle(dBodyID body, double before) {
   const dReal* q = dBodyGetQuaternion(body);
-  const double wrapped = 2 * std::atan2(q[3], q[0]);
+  const double wrapped = 2 * elementary::atan2(q[3], q[0]);
   return before + std::remainder(wrapped - before, 2 * std::numbers::pi);
 }
 

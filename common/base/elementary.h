@@ -9,5 +9,6 @@ double sin(double x);
 double cos(double x);
 double exp(double x);
 double log(double x);
+double atan2(double y, double x);
 
 }  // namespace treeroll::elementary

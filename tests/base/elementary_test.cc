@@ -19,6 +19,8 @@ TEST(ElementaryTest, AgreesWithTheCLibraryToTwoUlps) {
     expect_close(elementary::cos(x), std::cos(x));
     expect_close(elementary::exp(x), std::exp(x));
     if (x > 0) expect_close(elementary::log(x), std::log(x));
+    expect_close(elementary::atan2(x, 3), std::atan2(x, 3));
+    expect_close(elementary::atan2(3, x), std::atan2(3, x));
   }
 }
 
