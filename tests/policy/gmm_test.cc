@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "random_mixture.h"
+#include "tests/policy/random_mixture.h"
 
 namespace treeroll {
 namespace {

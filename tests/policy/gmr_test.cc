@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "random_mixture.h"
+#include "tests/policy/random_mixture.h"
 
 namespace treeroll {
 namespace {

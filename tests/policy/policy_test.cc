@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "random_mixture.h"
+#include "tests/policy/random_mixture.h"
 
 namespace treeroll {
 namespace {

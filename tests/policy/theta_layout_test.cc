@@ -7,7 +7,7 @@
 
 #include "common/policy/frame.h"
 #include "common/policy/gmr.h"
-#include "random_mixture.h"
+#include "tests/policy/random_mixture.h"
 
 namespace treeroll {
 namespace {

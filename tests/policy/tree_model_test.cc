@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "common/policy/frame.h"
-#include "random_mixture.h"
+#include "tests/policy/random_mixture.h"
 
 namespace treeroll {
 namespace {

@@ -1,0 +1,189 @@
+#include "learner/fit/em.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "common/base/check.h"
+#include "common/base/elementary.h"
+#include "common/policy/frame.h"
+
+namespace treeroll {
+namespace {
+
+constexpr double kLogTwoPi = 1.8378770664093453;
+/// A component responsible for less than this share of its data has lost them.
+constexpr double kShareMin = 1e-9;
+
+/// log(pi_k N(x | k)), prepared for many x. Sums are written out: products of large matrices are
+/// blocked by the processor's caches, and the order of a sum would depend on the machine.
+class LogDensity {
+ public:
+  explicit LogDensity(const Component& component)
+      : mean_(component.mean),
+        factor_(cholesky_factor(component.covariance)),
+        scaled_(component.mean.size()),
+        constant_(elementary::log(component.prior) -
+                  .5 * kLogTwoPi * static_cast<double>(component.mean.size())) {
+    for (Eigen::Index i = 0; i < mean_.size(); ++i) constant_ -= elementary::log(factor_(i, i));
+  }
+
+  /// @param x  d numbers
+  double operator()(const double* x) {
+    double squared = 0;
+    for (Eigen::Index i = 0; i < mean_.size(); ++i) {
+      double rest = x[i] - mean_[i];
+      for (Eigen::Index j = 0; j < i; ++j) rest -= factor_(i, j) * scaled_[j];
+      scaled_[i] = rest / factor_(i, i);
+      squared += scaled_[i] * scaled_[i];
+    }
+    return constant_ - .5 * squared;
+  }
+
+ private:
+  Eigen::VectorXd mean_;
+  Eigen::MatrixXd factor_;
+  Eigen::VectorXd scaled_;
+  double constant_;
+};
+
+struct Expectation {
+  Eigen::MatrixXd responsibilities;  ///< K x N
+  double mean_log_likelihood = 0;
+};
+
+Expectation expect(const Gmm& gmm, const Eigen::MatrixXd& data) {
+  CHECK(data.rows() == gmm.dim() && data.cols() > 0, "data are d x N, N > 0");
+  const int num_components = gmm.num_components();
+  std::vector<LogDensity> densities;
+  for (const Component& component : gmm.components()) densities.emplace_back(component);
+  Expectation result;
+  result.responsibilities.resize(num_components, data.cols());
+  for (Eigen::Index n = 0; n < data.cols(); ++n) {
+    double* column = result.responsibilities.col(n).data();
+    double largest = -std::numeric_limits<double>::infinity();
+    for (int k = 0; k < num_components; ++k) {
+      column[k] = densities[static_cast<std::size_t>(k)](data.col(n).data());
+      largest = std::max(largest, column[k]);
+    }
+    double sum = 0;
+    for (int k = 0; k < num_components; ++k) {
+      column[k] = elementary::exp(column[k] - largest);
+      sum += column[k];
+    }
+    for (int k = 0; k < num_components; ++k) column[k] /= sum;
+    result.mean_log_likelihood += largest + elementary::log(sum);
+  }
+  result.mean_log_likelihood /= static_cast<double>(data.cols());
+  return result;
+}
+
+/// The M step for one component; `weight` is the row h_{n,k} of table 3-1.
+Component maximise(const Eigen::MatrixXd& data, const Eigen::VectorXd& weight,
+                   const Eigen::VectorXd& regularisation) {
+  const Eigen::Index dim = data.rows();
+  Component component;
+  component.mean = Eigen::VectorXd::Zero(dim);
+  component.covariance = Eigen::MatrixXd::Zero(dim, dim);
+  double weight_sum = 0;
+  for (Eigen::Index n = 0; n < data.cols(); ++n) {
+    weight_sum += weight[n];
+    for (Eigen::Index i = 0; i < dim; ++i) component.mean[i] += weight[n] * data(i, n);
+  }
+  component.prior = weight_sum / static_cast<double>(data.cols());
+  component.mean /= weight_sum;
+  for (Eigen::Index n = 0; n < data.cols(); ++n) {
+    for (Eigen::Index i = 0; i < dim; ++i) {
+      const double weighted = weight[n] * (data(i, n) - component.mean[i]);
+      for (Eigen::Index j = 0; j <= i; ++j) {
+        component.covariance(i, j) += weighted * (data(j, n) - component.mean[j]);
+      }
+    }
+  }
+  component.covariance = mirrored(component.covariance / weight_sum);
+  component.covariance.diagonal() += regularisation;
+  return component;
+}
+
+bool same(const Gmm& a, const Gmm& b) {
+  for (int k = 0; k < a.num_components(); ++k) {
+    if (a[k].prior != b[k].prior || a[k].mean != b[k].mean || a[k].covariance != b[k].covariance) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+Gmm equally_spaced(const Eigen::MatrixXd& data, int input_dim, int num_components,
+                   double output_deviation) {
+  const double start = data.row(0).minCoeff();
+  const double share = (data.row(0).maxCoeff() - start) / num_components;
+  if (!(share > 0)) throw FitError("the first input of the data does not vary");
+  Eigen::VectorXd variance =
+      Eigen::VectorXd::Constant(data.rows(), output_deviation * output_deviation);
+  variance[0] = .25 * share * share;
+  std::vector<Component> components;
+  for (int k = 0; k < num_components; ++k) {
+    Component component;
+    component.prior = 1. / num_components;
+    component.mean = Eigen::VectorXd::Zero(data.rows());
+    component.mean[0] = start + (k + .5) * share;
+    component.covariance = variance.asDiagonal();
+    components.push_back(std::move(component));
+  }
+  return Gmm(input_dim, std::move(components));
+}
+
+Gmm fit_children(const Gmm& start, const Eigen::MatrixXd& data,
+                 const Eigen::VectorXd& parent_responsibility, const EmSettings& settings) {
+  CHECK(settings.regularisation.size() == start.dim(), "the regularisation has d elements");
+  CHECK(parent_responsibility.size() == data.cols(), "a parent's responsibility a sample");
+  Gmm gmm = start;
+  double share = 0;
+  for (Eigen::Index n = 0; n < data.cols(); ++n) share += parent_responsibility[n];
+  share /= static_cast<double>(data.cols());
+  for (int iteration = 0; iteration < settings.num_iterations; ++iteration) {
+    const Eigen::MatrixXd among_siblings = expect(gmm, data).responsibilities;
+    std::vector<Component> components;
+    for (int k = 0; k < gmm.num_components(); ++k) {
+      const Eigen::VectorXd weight =
+          among_siblings.row(k).transpose().cwiseProduct(parent_responsibility);
+      Component component = maximise(data, weight, settings.regularisation);
+      if (!(component.prior > kShareMin * share)) {
+        throw FitError(fmt::format("component {} of {} is left without data in iteration {}", k,
+                                   gmm.num_components(), iteration + 1));
+      }
+      components.push_back(std::move(component));
+    }
+    try {
+      Gmm next(gmm.input_dim(), std::move(components));
+      const bool settled = same(gmm, next);
+      gmm = std::move(next);
+      if (settled) break;
+    } catch (const std::invalid_argument& error) {
+      throw FitError(fmt::format("iteration {}: {}", iteration + 1, error.what()));
+    }
+  }
+  return gmm;
+}
+
+Gmm fit_em(const Gmm& start, const Eigen::MatrixXd& data, const EmSettings& settings) {
+  // A parent that is responsible for everything: the two columns of table 3-1 are then one.
+  return fit_children(start, data, Eigen::VectorXd::Ones(data.cols()), settings);
+}
+
+Eigen::MatrixXd responsibilities(const Gmm& gmm, const Eigen::MatrixXd& data) {
+  return expect(gmm, data).responsibilities;
+}
+
+double mean_log_likelihood(const Gmm& gmm, const Eigen::MatrixXd& data) {
+  return expect(gmm, data).mean_log_likelihood;
+}
+
+}  // namespace treeroll

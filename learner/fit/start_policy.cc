@@ -1,0 +1,110 @@
+#include "learner/fit/start_policy.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/settings_reader.h"
+#include "learner/fit/demonstration.h"
+#include "learner/fit/fit_tree.h"
+
+namespace treeroll {
+namespace {
+
+constexpr int kInputDim = 1;  // Time.
+constexpr int kDim = 2;       // Time and the cart's acceleration.
+constexpr std::size_t kLayersMax = 8;
+constexpr double kComponentsMax = 64;
+/// Densities evaluated by one fit: half a minute of a processor.
+constexpr double kWorkMax = 1e9;
+
+CartAcceleration read_demonstration(SettingsReader reader) {
+  CartAcceleration settings;
+  reader.choice("kind", {"cart_acceleration"}, "cart_acceleration");
+  settings.duration_s = reader.number("duration_s", {.min = 1e-3, .max = 1e6}, settings.duration_s);
+  settings.num_samples =
+      static_cast<int>(reader.integer("samples", 2, 100000, settings.num_samples));
+  const std::vector<double> p =
+      reader.numbers("p", {.min = -1e6, .max = 1e6}, settings.p_m.size(), settings.p_m.size(),
+                     std::vector<double>(settings.p_m.begin(), settings.p_m.end()));
+  for (std::size_t i = 0; i < p.size(); ++i) settings.p_m[i] = p[i];
+  reader.finish();
+  return settings;
+}
+
+FitSettings read_fit(SettingsReader reader) {
+  FitSettings settings;
+  settings.input_dim = kInputDim;
+  settings.em.num_iterations =
+      static_cast<int>(reader.integer("iterations", 0, 100000, settings.em.num_iterations));
+  const std::vector<double> regularisation = reader.numbers(
+      "regularisation", {.min = 0, .max = 1e12}, kDim, kDim, std::vector<double>{1e-3, 1});
+  settings.em.regularisation = Eigen::Map<const Eigen::VectorXd>(regularisation.data(), kDim);
+  settings.initial_output_deviation = reader.number(
+      "initial_output_deviation", {.min = 1e-6, .max = 1e6}, settings.initial_output_deviation);
+  settings.split.axis =
+      reader.choice("split_axis", {"cholesky", "principal"}, "cholesky") == "principal"
+          ? SplitAxis::kPrincipal
+          : SplitAxis::kCholesky;
+  reader.finish();
+  return settings;
+}
+
+/// Number of components a layer, coarse to fine.
+std::vector<int> read_components(SettingsReader& policy, bool is_flat, int num_samples) {
+  const std::vector<double> numbers = policy.numbers(
+      "components", {.min = 1, .max = kComponentsMax}, 1, kLayersMax, std::vector<double>{2, 4});
+  std::vector<int> components;
+  for (const double number : numbers) {
+    if (number != std::floor(number)) policy.refuse("components", "must hold integers");
+    components.push_back(static_cast<int>(number));
+  }
+  for (std::size_t i = 1; i < components.size() && !is_flat; ++i) {
+    if (components[i] != 2 * components[i - 1]) {
+      policy.refuse("components", "of a tree: each layer must hold twice as many as the one above");
+    }
+  }
+  if (components.back() > num_samples) {
+    policy.refuse(
+        "components",
+        fmt::format("there must not be more than the demonstration's {} samples", num_samples));
+  }
+  return components;
+}
+
+}  // namespace
+
+StartPolicy read_start_policy(SettingsReader& policy) {
+  const std::string model = policy.choice("model", {"tree", "flat", "top_down_tree"}, "tree");
+  const std::string layout = policy.choice("layout", {"means", "means_cholesky"}, "means_cholesky");
+  const std::string frames = policy.choice("frames", {"eigenvector", "cholesky"}, "eigenvector");
+  const CartAcceleration demonstration = read_demonstration(policy.table("demonstration"));
+  FitSettings fit = read_fit(policy.table("fit"));
+  fit.frame_kind = frames == "cholesky" ? FrameKind::kCholesky : FrameKind::kEigenvector;
+  const std::vector<int> components =
+      read_components(policy, model == "flat", demonstration.num_samples);
+  const double work = 1. * components.back() * demonstration.num_samples * fit.em.num_iterations;
+  if (work > kWorkMax) {
+    policy.refuse("fit", fmt::format("components x samples x iterations is {:.0f}, must be at most "
+                                     "{:.0f}",
+                                     work, kWorkMax));
+  }
+  const int num_layers = static_cast<int>(components.size());
+  const Eigen::MatrixXd data = demonstrate(demonstration);
+  try {
+    TreeModel tree = model == "flat"   ? fit_flat(data, components.back(), fit)
+                     : model == "tree" ? fit_bottom_up(data, components.front(), num_layers, fit)
+                                       : fit_top_down(data, components.back(), num_layers, fit);
+    return {std::move(tree), layout == "means" ? ThetaLayout::kMeans : ThetaLayout::kMeansCholesky};
+  } catch (const FitError& error) {
+    policy.refuse("fit", fmt::format("no model can be fitted: {}", error.what()));
+  } catch (const std::invalid_argument& error) {
+    policy.refuse("fit", fmt::format("no model can be fitted: {}", error.what()));
+  }
+}
+
+}  // namespace treeroll

@@ -1,0 +1,129 @@
+#include "learner/fit/start_policy.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/config_error.h"
+#include "common/base/settings_reader.h"
+#include "common/policy/policy.h"
+#include "learner/fit/demonstration.h"
+#include "learner/fit/fit_tree.h"
+#include "tests/policy/random_mixture.h"
+
+namespace treeroll {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+StartPolicy read(const std::string& text, json* resolved_out = nullptr) {
+  const json table = json::parse(text);
+  json resolved;
+  SettingsReader reader(table, "policy", resolved);
+  StartPolicy policy = read_start_policy(reader);
+  reader.finish();
+  if (resolved_out) *resolved_out = resolved;
+  return policy;
+}
+
+std::string error_of(const std::string& text) {
+  try {
+    read(text);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(StartPolicyTest, GivesTheTreeOfTheSwingUpByDefault) {
+  const StartPolicy policy = read("{}");
+  EXPECT_EQ(policy.layout, ThetaLayout::kMeansCholesky);
+  EXPECT_EQ(policy.tree.frame_kind(), FrameKind::kEigenvector);
+  FitSettings settings;
+  settings.em.regularisation = Eigen::Vector2d(1e-3, 1);
+  const TreeModel expected = fit_bottom_up(demonstrate({}), 2, 2, settings);
+  EXPECT_EQ(to_json({policy.tree, 1, policy.layout}), to_json({expected, 1, policy.layout}));
+}
+
+TEST(StartPolicyTest, ReadsEveryKey) {
+  const StartPolicy policy = read(R"({
+      "model": "top_down_tree", "components": [1, 2, 4], "layout": "means", "frames": "cholesky",
+      "demonstration": {"kind": "cart_acceleration", "duration_s": 2, "samples": 100,
+                        "p": [0.1, -0.2, 0.3, 0.05]},
+      "fit": {"iterations": 50, "regularisation": [0.002, 0.5], "initial_output_deviation": 4,
+              "split_axis": "principal"}})");
+  FitSettings settings;
+  settings.frame_kind = FrameKind::kCholesky;
+  settings.em = {50, Eigen::Vector2d(.002, .5)};
+  settings.initial_output_deviation = 4;
+  const Eigen::MatrixXd data = demonstrate({2, 100, {.1, -.2, .3, .05}});
+  const TreeModel expected = fit_top_down(data, 4, 3, settings);
+  EXPECT_EQ(policy.layout, ThetaLayout::kMeans);
+  EXPECT_EQ(to_json({policy.tree, 1, policy.layout}), to_json({expected, 1, policy.layout}));
+
+  settings = {};
+  settings.em.regularisation = Eigen::Vector2d(1e-3, 1);
+  settings.split.axis = SplitAxis::kPrincipal;
+  const TreeModel principal = fit_bottom_up(demonstrate({}), 2, 2, settings);
+  EXPECT_EQ(to_json({read(R"({"fit": {"split_axis": "principal"}})").tree}), to_json({principal}));
+}
+
+TEST(StartPolicyTest, UsesTheLastLayersNumberForAFlatModel) {
+  const StartPolicy policy = read(R"({"model": "flat", "components": [2, 5]})");
+  EXPECT_EQ(policy.tree.num_layers(), 1);
+  EXPECT_EQ(policy.tree.num_components(1), 5);
+}
+
+TEST(StartPolicyTest, ResolvesToSettingsThatGiveTheSamePolicy) {
+  json resolved;
+  const StartPolicy policy = read("{}", &resolved);
+  EXPECT_EQ(resolved["demonstration"]["samples"], 200);
+  EXPECT_EQ(resolved["fit"]["iterations"], 500);
+  const StartPolicy again = read(resolved.dump());
+  EXPECT_EQ(to_json({again.tree, 2, again.layout}), to_json({policy.tree, 2, policy.layout}));
+}
+
+TEST(StartPolicyTest, RefusesWhatCannotBeUsedNamingTheKey) {
+  const std::pair<const char*, const char*> cases[] = {
+      {R"({"model": "forest"})", "policy.model"},
+      {R"({"components": []})", "policy.components"},
+      {R"({"components": [2, 2.5]})", "policy.components"},
+      {R"({"components": [2, 5]})", "twice as many"},
+      {R"({"components": [4, 2]})", "twice as many"},
+      {R"({"components": [0]})", "policy.components"},
+      {R"({"components": [128]})", "at most 64"},
+      {R"({"components": [1,1,1,1,1,1,1,1,1]})", "from 1 to 8 numbers"},
+      {R"({"components": 4})", "policy.components"},
+      {R"({"layout": "psi"})", "policy.layout"},
+      {R"({"frames": "global"})", "policy.frames"},
+      {R"({"colour": 1})", "policy.colour"},
+      {R"({"demonstration": 1})", "policy.demonstration"},
+      {R"({"demonstration": {"kind": "file"}})", "policy.demonstration.kind"},
+      {R"({"demonstration": {"duration_s": 0}})", "policy.demonstration.duration_s"},
+      {R"({"demonstration": {"samples": 1}})", "policy.demonstration.samples"},
+      {R"({"demonstration": {"samples": 1000000}})", "from 2 to 100000"},
+      {R"({"demonstration": {"samples": 3}})", "the demonstration's 3 samples"},
+      {R"({"demonstration": {"p": [1, 2, 3]}})", "must hold 4 numbers"},
+      {R"({"demonstration": {"speed": 1}})", "policy.demonstration.speed"},
+      {R"({"fit": {"iterations": -1}})", "policy.fit.iterations"},
+      {R"({"fit": {"regularisation": [0.001]}})", "policy.fit.regularisation"},
+      {R"({"fit": {"regularisation": [0.001, -1]}})", "policy.fit.regularisation"},
+      {R"({"fit": {"regularisation": [1, 1, 1]}})", "must hold 2 numbers"},
+      {R"({"fit": {"initial_output_deviation": 0}})", "policy.fit.initial_output_deviation"},
+      {R"({"fit": {"split_axis": "x"}})", "policy.fit.split_axis"},
+      {R"({"fit": {"seed": 1}})", "policy.fit.seed"},
+      {R"({"fit": {"iterations": 100000}, "demonstration": {"samples": 100000}})",
+       "components x samples x iterations"},
+      {R"({"model": "flat", "components": [4], "demonstration": {"samples": 4},
+           "fit": {"regularisation": [0, 0]}})",
+       "no model can be fitted: iteration"},
+  };
+  for (const auto& [text, message] : cases) {
+    EXPECT_THAT(error_of(text), HasSubstr(message)) << text;
+  }
+}
+
+}  // namespace
+}  // namespace treeroll
