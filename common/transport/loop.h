@@ -20,11 +20,11 @@ class Loop {
   /// Monotonic time; the only clock a daemon hands to its core.
   TimePoint now() const;
 
-  /// Runs until stop().
+  /// Runs until stop(); may be run again.
   void run();
   void stop();
 
-  /// Runs `callback` once at `deadline`; replaces what was set before.
+  /// Runs `callback` once at `deadline`, never at TimePoint::max(); replaces what was set before.
   void set_timer(TimePoint deadline, std::function<void()> callback);
   /// Runs `callback` on each of these signals instead of their default action.
   void on_signals(std::initializer_list<int> signals, std::function<void(int signal)> callback);
