@@ -6,7 +6,6 @@
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
-#include <utility>
 
 #include "common/base/rollout_status.h"
 #include "common/policy/gmm.h"
@@ -86,8 +85,8 @@ class TaskRegistry {
 
 /// Registers a class whose constructor takes a SettingsReader&.
 template <class TaskType>
-void add_task(TaskRegistry& registry, std::string name) {
-  registry.add(std::move(name), [](SettingsReader& settings) -> std::unique_ptr<Task> {
+void add_task(TaskRegistry& registry, const std::string& name) {
+  registry.add(name, [](SettingsReader& settings) -> std::unique_ptr<Task> {
     return std::make_unique<TaskType>(settings);
   });
 }
