@@ -20,7 +20,7 @@ struct TaskDescription {
   int output_dim = 0;     ///< dO
   double reward_min = 0;  ///< rewards are finite and within [reward_min, reward_max]; min >= 0
   double reward_max = 1;
-  double time_limit_s = 0;    ///< CPU time after which an evaluation hangs
+  double time_limit_s = 0;    ///< positive: CPU time after which an evaluation hangs
   bool deterministic = true;  ///< the same policy gives the same reward, whatever the seed
 };
 
@@ -31,27 +31,51 @@ struct Evaluation {
 };
 
 /// A task: plant + policy -> reward. One instance lives in each evaluator process and is asked
-/// again and again, from one thread.
+/// again and again, from one thread. A task of one's own is one class and one registration:
+///
+///   class ReachTask : public treeroll::Task {
+///    public:
+///     explicit ReachTask(treeroll::SettingsReader& settings)
+///         : goal_m_(settings.number("goal_m", treeroll::kPositive, 1)) {}
+///     treeroll::TaskDescription description() const override {
+///       return {.input_dim = 1, .output_dim = 1, .reward_max = 1, .time_limit_s = 1};
+///     }
+///     treeroll::Evaluation evaluate(const treeroll::Gmm& policy, std::uint64_t) override {
+///       const double miss_m = treeroll::Gmr(policy).regress(2.) - goal_m_;
+///       return {.reward = treeroll::elementary::exp(-miss_m * miss_m)};
+///     }
+///    private:
+///     double goal_m_;
+///   };
+///
+///   treeroll::add_task<ReachTask>(registry, "reach");
+///
+/// A study then names it: [task] name = "reach", and goal_m among its settings.
 class Task {
  public:
   virtual ~Task() = default;
   virtual TaskDescription description() const = 0;
+  /// A simulation that goes wrong is an answer with a status. What is thrown ends the evaluator.
   /// @param policy  mixture with the dimensions of the description
   /// @param seed    for tasks that are not deterministic
   virtual Evaluation evaluate(const Gmm& policy, std::uint64_t seed) = 0;
 };
 
-/// Makes a task from its settings, read strictly: throws ConfigError on bad ones.
+/// Makes a task from its settings, read strictly: throws ConfigError on bad ones. Keys it has not
+/// asked for are refused by the registry.
 using TaskFactory = std::function<std::unique_ptr<Task>(SettingsReader& settings)>;
 
 /// The tasks a worker executable knows, by name.
 class TaskRegistry {
  public:
-  /// Precondition: the name is new.
+  /// Precondition: the name is new and not empty.
   void add(std::string name, TaskFactory factory);
 
-  /// Throws ConfigError for an unknown name (with the known ones) and for bad settings.
-  /// @param resolved  receives the settings with their defaults
+  /// Throws ConfigError for an unknown name (with the known ones) and for bad settings; their keys
+  /// begin with "task.".
+  /// @param settings  a JSON object
+  /// @param resolved  receives the settings with their defaults: making the task from these again
+  ///                  gives the same task
   std::unique_ptr<Task> make(const std::string& name, const nlohmann::json& settings,
                              nlohmann::json& resolved) const;
 
@@ -59,10 +83,19 @@ class TaskRegistry {
   std::map<std::string, TaskFactory> factories_;
 };
 
+/// Registers a class whose constructor takes a SettingsReader&.
+template <class TaskType>
+void add_task(TaskRegistry& registry, const std::string& name) {
+  registry.add(name, [](SettingsReader& settings) -> std::unique_ptr<Task> {
+    return std::make_unique<TaskType>(settings);
+  });
+}
+
 /// Registers swing_up and synthetic.
 void add_standard_tasks(TaskRegistry& registry);
 
-/// A description as JSON, and back (for the learner, which knows no task).
+/// A description as JSON, an object with the names of TaskDescription's members: what
+/// --describe-task prints and a worker reports of a task it accepts.
 nlohmann::json to_json(const TaskDescription& description);
 
 }  // namespace treeroll

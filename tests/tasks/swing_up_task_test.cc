@@ -1,0 +1,136 @@
+#include "workers/tasks/swing_up_task.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "common/base/config_error.h"
+#include "common/base/settings_reader.h"
+#include "tests/sim/swing_up_input.h"
+
+namespace treeroll {
+namespace {
+
+using nlohmann::json;
+
+std::unique_ptr<Task> make(const char* settings) {
+  TaskRegistry registry;
+  add_standard_tasks(registry);
+  json resolved;
+  return registry.make("swing_up", json::parse(settings), resolved);
+}
+
+std::string error_of(const char* settings) {
+  try {
+    (void)make(settings);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// One line: acceleration offset + slope t.
+Gmm line(double offset, double slope) {
+  Eigen::Matrix2d covariance;
+  covariance << 1, slope, slope, slope * slope + .1;
+  return Gmm(1, {{.prior = 1, .mean = Eigen::Vector2d(0, offset), .covariance = covariance}});
+}
+
+/// As many narrow Gaussians as follow an acceleration over time closely: each contributes the
+/// tangent of the curve at its mean.
+Gmm following(const sim::CosineSeries& p) {
+  std::vector<Component> components;
+  constexpr int kNum = 1500;
+  constexpr double kDurationS = 2.5, kWidthS = kDurationS / kNum / 2, kH = 1e-5;
+  for (int k = 0; k < kNum; ++k) {
+    const double t = (k + .5) * kDurationS / kNum;
+    const double slope =
+        (sim::cart_acceleration(p, t + kH) - sim::cart_acceleration(p, t - kH)) / (2 * kH);
+    const double variance = kWidthS * kWidthS;
+    Eigen::Matrix2d covariance;
+    covariance << variance, slope * variance, slope * variance, slope * slope * variance + 1e-4;
+    components.push_back({.prior = 1. / kNum,
+                          .mean = Eigen::Vector2d(t, sim::cart_acceleration(p, t)),
+                          .covariance = covariance});
+  }
+  return Gmm(1, components);
+}
+
+TEST(SwingUpTaskTest, CostIsZeroUprightAtRestAndFollowsEquation46) {
+  EXPECT_EQ(swing_up_cost({}), 0);
+  EXPECT_DOUBLE_EQ(swing_up_cost({.phi1 = -M_PI, .phi2 = -M_PI}), 10);
+  EXPECT_DOUBLE_EQ(swing_up_cost({.phi1 = 2 * M_PI}), 20);  // a turn is not upright
+  EXPECT_DOUBLE_EQ(swing_up_cost({.y = 2}), std::pow(1.4, 4));
+  EXPECT_DOUBLE_EQ(swing_up_cost({.phi1_rate = 3, .phi2_rate = 4, .y_rate = 5}), 1);
+}
+
+TEST(SwingUpTaskTest, DescribesItself) {
+  const TaskDescription d = make(R"({"time_limit_s": 3})")->description();
+  EXPECT_EQ(d.input_dim, 1);
+  EXPECT_EQ(d.output_dim, 1);
+  EXPECT_EQ(d.reward_min, 0);
+  EXPECT_EQ(d.reward_max, 1);
+  EXPECT_EQ(d.time_limit_s, 3);
+  EXPECT_TRUE(d.deterministic);
+}
+
+TEST(SwingUpTaskTest, APolicyThatFollowsTheSeriesGetsItsReward) {
+  for (const char* settings : {R"({"plant": "rk4", "step_s": 0.005})", R"({"plant": "dopri5"})"}) {
+    EXPECT_NEAR(make(settings)->evaluate(following(sim::kPublished), 0).reward, .821, .002);
+    EXPECT_GT(make(settings)->evaluate(following(sim::kRefined), 0).reward, .99);
+  }
+  EXPECT_NEAR(make("{}")->evaluate(following(sim::kPublished), 0).reward, .821, .02);
+}
+
+/// Nothing moves: the start, the worst of states at rest, is also the best one.
+TEST(SwingUpTaskTest, APolicyThatDoesNothingGetsTheRewardOfTheStart) {
+  for (const char* settings : {R"({"plant": "ode"})", R"({"plant": "rk4"})"}) {
+    EXPECT_NEAR(make(settings)->evaluate(line(0, 0), 0).reward, std::exp(-.25 * 10), 1e-6);
+  }
+}
+
+TEST(SwingUpTaskTest, TheStartCounts) {
+  const auto upright = make(R"({"start_phi1": 0, "start_phi2": 0, "plant": "rk4"})");
+  EXPECT_EQ(upright->evaluate(line(8, 0), 0).reward, 1);
+}
+
+TEST(SwingUpTaskTest, AlphaAndDurationComeFromTheSettings) {
+  const double reward = make(R"({"plant": "rk4"})")->evaluate(line(3, -2), 0).reward;
+  const double steeper = make(R"({"plant": "rk4", "alpha": 0.5})")->evaluate(line(3, -2), 0).reward;
+  EXPECT_NEAR(steeper, reward * reward, 1e-12);
+  const double brief =
+      make(R"({"plant": "rk4", "duration_s": 0.001})")->evaluate(line(3, -2), 0).reward;
+  EXPECT_NEAR(brief, std::exp(-.25 * 10), 1e-4);
+}
+
+TEST(SwingUpTaskTest, TheSamePolicyGetsTheSameBitsWhateverWasEvaluatedBefore) {
+  for (const char* settings : {R"({"plant": "ode"})", R"({"plant": "rk4"})"}) {
+    const auto task = make(settings);
+    const double first = task->evaluate(line(3, -2), 1).reward;
+    (void)task->evaluate(line(-5, 4), 2);
+    EXPECT_EQ(task->evaluate(line(3, -2), 3).reward, first);
+    EXPECT_EQ(make(settings)->evaluate(line(3, -2), 4).reward, first);
+  }
+}
+
+TEST(SwingUpTaskTest, ADivergedSimulationHasAStatusAndNoReward) {
+  for (const char* settings :
+       {R"({"plant": "ode", "step_s": 0.1})", R"({"plant": "dopri5", "steps_max": 1})"}) {
+    const Evaluation evaluation = make(settings)->evaluate(line(1e5, 1e5), 0);
+    EXPECT_EQ(evaluation.status, RolloutStatus::kDiverged) << settings;
+    EXPECT_EQ(evaluation.reward, 0) << settings;
+  }
+}
+
+TEST(SwingUpTaskTest, SaysWhatIsWrongWithItsSettings) {
+  EXPECT_EQ(error_of(R"({"alpha": 0})"), "task.alpha = 0: must be a finite number above 0");
+  EXPECT_NE(error_of(R"({"duration_s": 1e9})").find("task.duration_s"), std::string::npos);
+  EXPECT_NE(error_of(R"({"plant": "mujoco"})").find("task.plant = \"mujoco\": must be one of"),
+            std::string::npos);
+  EXPECT_NE(error_of(R"({"parameters": {"m2": "heavy"}})").find("task.parameters.m2 = \"heavy\""),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace treeroll

@@ -1,0 +1,95 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/config_error.h"
+#include "common/base/elementary.h"
+#include "common/base/settings_reader.h"
+#include "common/policy/gmr.h"
+#include "workers/tasks/task.h"
+
+namespace treeroll {
+namespace {
+
+using nlohmann::json;
+
+/// The example of task.h.
+class ReachTask : public Task {
+ public:
+  explicit ReachTask(SettingsReader& settings) : goal_m_(settings.number("goal_m", kPositive, 1)) {}
+  TaskDescription description() const override {
+    return {.input_dim = 1, .output_dim = 1, .reward_max = 1, .time_limit_s = 1};
+  }
+  Evaluation evaluate(const Gmm& policy, std::uint64_t) override {
+    const double miss_m = Gmr(policy).regress(2.) - goal_m_;
+    return {.reward = elementary::exp(-miss_m * miss_m)};
+  }
+
+ private:
+  double goal_m_;
+};
+
+TaskRegistry registry() {
+  TaskRegistry tasks;
+  add_standard_tasks(tasks);
+  add_task<ReachTask>(tasks, "reach");
+  return tasks;
+}
+
+std::string error_of(const std::string& name, const char* settings) {
+  json resolved;
+  try {
+    (void)registry().make(name, json::parse(settings), resolved);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(TaskRegistryTest, MakesATaskOfOnesOwn) {
+  json resolved;
+  const auto task = registry().make("reach", json::parse(R"({"goal_m": 3})"), resolved);
+  const Gmm there(
+      1, {{.prior = 1, .mean = Eigen::Vector2d(0, 3), .covariance = Eigen::Matrix2d::Identity()}});
+  EXPECT_EQ(task->evaluate(there, 0).reward, 1);
+  EXPECT_EQ(resolved, json::parse(R"({"goal_m": 3.0})"));
+}
+
+TEST(TaskRegistryTest, NamesTheTasksItKnows) {
+  EXPECT_EQ(error_of("swingup", "{}"),
+            "task.name = \"swingup\": must be a task this worker knows: reach, swing_up, "
+            "synthetic");
+}
+
+TEST(TaskRegistryTest, RefusesSettingsATaskDoesNotAskFor) {
+  EXPECT_NE(error_of("reach", R"({"goal": 3})").find("task.goal = 3: unknown key"),
+            std::string::npos);
+  EXPECT_NE(error_of("swing_up", R"({"step": 1})").find("task.step = 1: unknown key"),
+            std::string::npos);
+  EXPECT_NE(error_of("swing_up", "[1]").find("must be a table"), std::string::npos);
+}
+
+TEST(TaskRegistryTest, ResolvedSettingsMakeTheSameTaskAgain) {
+  for (const char* name : {"swing_up", "synthetic", "reach"}) {
+    json once, twice;
+    (void)registry().make(name, json::object(), once);
+    (void)registry().make(name, once, twice);
+    EXPECT_EQ(once, twice) << name;
+    EXPECT_GT(once.size(), 0U) << name;
+  }
+}
+
+TEST(TaskRegistryTest, WritesADescriptionWithTheNamesOfItsMembers) {
+  const TaskDescription description{.input_dim = 2,
+                                    .output_dim = 3,
+                                    .reward_min = .5,
+                                    .reward_max = 4,
+                                    .time_limit_s = 7,
+                                    .deterministic = false};
+  EXPECT_EQ(to_json(description),
+            json::parse(R"({"input_dim": 2, "output_dim": 3, "reward_min": 0.5, "reward_max": 4.0,
+                            "time_limit_s": 7.0, "deterministic": false})"));
+}
+
+}  // namespace
+}  // namespace treeroll

@@ -1,0 +1,61 @@
+#include "workers/tasks/swing_up_task.h"
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+
+#include "common/base/check.h"
+#include "common/base/elementary.h"
+#include "common/base/settings_reader.h"
+#include "common/policy/gmr.h"
+#include "sim/plant_settings.h"
+
+namespace treeroll {
+namespace {
+
+constexpr NumberRule kDuration{.min = 0, .max = 1000, .min_allowed = false};
+constexpr NumberRule kTimeLimit{.min = .001, .max = 86400};
+constexpr NumberRule kAngle{.min = -1000, .max = 1000};
+
+}  // namespace
+
+double swing_up_cost(const sim::CartPendulumState& s) {
+  constexpr double kPi = std::numbers::pi;
+  const double y = 7 * s.y / 10;
+  return 5 / (kPi * kPi) * (s.phi1 * s.phi1 + s.phi2 * s.phi2) + y * y * y * y +
+         (s.phi1_rate * s.phi1_rate + s.phi2_rate * s.phi2_rate + s.y_rate * s.y_rate) / 50;
+}
+
+SwingUpTask::SwingUpTask(SettingsReader& settings)
+    : duration_s_(settings.number("duration_s", kDuration, 2.5)),
+      alpha_(settings.number("alpha", kPositive, .25)),
+      time_limit_s_(settings.number("time_limit_s", kTimeLimit, 10)),
+      start_{.phi1 = settings.number("start_phi1", kAngle, -std::numbers::pi),
+             .phi2 = settings.number("start_phi2", kAngle, -std::numbers::pi)},
+      plant_(sim::make_plant(sim::read_plant_settings(settings))) {}
+
+TaskDescription SwingUpTask::description() const {
+  return {.input_dim = 1,
+          .output_dim = 1,
+          .reward_min = 0,
+          .reward_max = 1,
+          .time_limit_s = time_limit_s_,
+          .deterministic = true};
+}
+
+Evaluation SwingUpTask::evaluate(const Gmm& policy, std::uint64_t /*seed*/) {
+  CHECK(policy.input_dim() == 1 && policy.output_dim() == 1, "a policy from time to acceleration");
+  const Gmr gmr(policy);
+  double cost_min = std::numeric_limits<double>::infinity();
+  const auto end = plant_->simulate(
+      start_, duration_s_,
+      [&](double time_s, const sim::CartPendulumState&) { return gmr.regress(time_s); },
+      [&](double, const sim::CartPendulumState& state, double) {
+        cost_min = std::min(cost_min, swing_up_cost(state));
+        return true;
+      });
+  if (!end) return {.reward = 0, .status = RolloutStatus::kDiverged};
+  return {.reward = elementary::exp(-alpha_ * cost_min)};
+}
+
+}  // namespace treeroll

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+
+#include "sim/cart_pendulum.h"
+#include "workers/tasks/task.h"
+
+namespace treeroll {
+
+/// Distance of a state from upright, at rest, in the middle of the track; thesis (4-6). The angles
+/// count as they are, not modulo a turn: going once round is not upright.
+double swing_up_cost(const sim::CartPendulumState& state);
+
+/// Swing-up of the double pendulum on a cart, thesis section 4-3. The policy gives the acceleration
+/// of the cart in m/s^2 for the time in s, (4-3); the reward is exp(-alpha min c_t), (4-7), over
+/// the whole roll-out, its start included. A diverged simulation has no reward, however good it was
+/// before.
+///
+/// Settings, beside those of the plant (sim/plant_settings.h):
+///   duration_s = 2.5        # simulated time
+///   alpha = .25             # of (4-7)
+///   start_phi1 = -3.14...   # rad; at rest. From -pi the demonstration (4-5) swings up to 0; from
+///   start_phi2 = -3.14...   # +pi it would need the opposite sign
+///   time_limit_s = 10
+class SwingUpTask : public Task {
+ public:
+  /// Throws ConfigError.
+  explicit SwingUpTask(SettingsReader& settings);
+
+  TaskDescription description() const override;
+  Evaluation evaluate(const Gmm& policy, std::uint64_t seed) override;
+
+ private:
+  double duration_s_;
+  double alpha_;
+  double time_limit_s_;
+  sim::CartPendulumState start_;
+  std::unique_ptr<sim::CartPendulumPlant> plant_;
+};
+
+}  // namespace treeroll
