@@ -1,0 +1,152 @@
+#include "workers/app/evaluator.h"
+
+#include <spdlog/spdlog.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "common/protocol/limits.h"
+#include "workers/app/packet.h"
+#include "workers/app/task_content.h"
+
+namespace treeroll::worker {
+namespace {
+
+using nlohmann::json;
+
+/// Of complaints about a task that throws or leaves its range, so many are written to the log.
+constexpr int kComplaintsMax = 10;
+
+/// Text of our own or of a user's task, as a message may carry it: bounded, and UTF-8.
+std::string bounded(const std::string& text) {
+  std::string cut = text.substr(0, text.find('\0'));
+  cut.resize(std::min(cut.size(), protocol::kStringBytesMax));
+  const std::string quoted = json(cut).dump(-1, ' ', false, json::error_handler_t::replace);
+  return json::parse(quoted).get<std::string>();
+}
+
+}  // namespace
+
+Evaluator::Evaluator(const TaskRegistry& registry) : registry_(&registry) {}
+
+std::optional<protocol::Message> Evaluator::handle(const protocol::Message& message) {
+  protocol::DefinitionReport report;
+  try {
+    if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) return answer(*batch);
+    if (const auto* task = std::get_if<protocol::TaskDefinition>(&message)) {
+      report.definition_id = task->task_id;
+      tasks_.erase(task->task_id);
+      if (task->content.empty()) return std::nullopt;
+      report.text = load_task(task->task_id, task->content);
+    } else if (const auto* policy = std::get_if<protocol::PolicyDefinition>(&message)) {
+      report.definition_id = policy->policy_id;
+      policies_.erase(policy->policy_id);
+      if (policy->content.empty()) return std::nullopt;
+      report.text = load_policy(policy->policy_id, policy->content);
+    } else {
+      return std::nullopt;
+    }
+    report.accepted = true;
+  } catch (const std::exception& error) {
+    report.text = bounded(error.what());
+  }
+  return report;
+}
+
+std::string Evaluator::load_task(const ContentHash& id, const std::string& content) {
+  json resolved;
+  std::unique_ptr<Task> task = make_task(*registry_, content, resolved);
+  const TaskDescription description = task->description();
+  tasks_.emplace(id, LoadedTask{std::move(task), description});
+  return to_json(description).dump();
+}
+
+std::string Evaluator::load_policy(const ContentHash& id, const std::string& content) {
+  Result<Policy> policy = policy_from_json(content);
+  if (!policy) throw std::runtime_error(policy.error().message);
+  const Gmm finest = policy->tree.finest();
+  const json facts{{"input_dim", finest.input_dim()},
+                   {"output_dim", finest.output_dim()},
+                   {"theta_dim", policy->theta_dim()}};
+  policies_.emplace(id, *std::move(policy));
+  return facts.dump();
+}
+
+Evaluation Evaluator::evaluate(const protocol::RolloutRequest& request) {
+  const auto complain = [this](const std::string& what) -> Evaluation {
+    if (num_complaints_++ < kComplaintsMax) spdlog::warn("a roll-out has failed: {}", what);
+    return {.reward = 0, .status = RolloutStatus::kFailed};
+  };
+  try {
+    const auto found_task = tasks_.find(request.task_id);
+    const auto found_policy = policies_.find(request.policy_id);
+    if (found_task == tasks_.end() || found_policy == policies_.end()) {
+      return complain("it names a definition this evaluator does not have");
+    }
+    LoadedTask& loaded = found_task->second;
+    const Policy& policy = found_policy->second;
+    const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(
+        request.theta.data(), static_cast<Eigen::Index>(request.theta.size()));
+    if (theta.size() != policy.theta_dim()) return complain("theta has another size");
+    const Evaluation evaluation =
+        loaded.task->evaluate(policy.decode(theta), static_cast<std::uint64_t>(request.task_seed));
+    if (evaluation.status != RolloutStatus::kOk) return {0, evaluation.status};
+    const TaskDescription& d = loaded.description;
+    const bool in_range = std::isfinite(evaluation.reward) && evaluation.reward >= d.reward_min &&
+                          evaluation.reward <= d.reward_max;
+    if (in_range) return evaluation;
+    return complain(fmt::format("the task's reward {} is outside its range {} .. {}",
+                                evaluation.reward, d.reward_min, d.reward_max));
+  } catch (const std::exception& error) {
+    return complain(error.what());
+  } catch (...) {
+    return complain("the task threw what is no std::exception");
+  }
+}
+
+protocol::RewardBatch Evaluator::answer(const protocol::RolloutBatch& batch) {
+  const protocol::RolloutRequest& request = batch.rollouts.at(0);
+  const auto start = std::chrono::steady_clock::now();
+  const Evaluation evaluation = evaluate(request);
+  const std::chrono::nanoseconds duration = std::chrono::steady_clock::now() - start;
+  protocol::RewardBatch answer;
+  answer.last_batch = batch.sequence;
+  answer.results.push_back({.key = request.key,
+                            .attempt = request.attempt,
+                            .content = request.content,
+                            .reward = evaluation.reward,
+                            .status = evaluation.status,
+                            .duration_ns = duration.count()});
+  return answer;
+}
+
+int run_evaluator(const TaskRegistry& registry, int socket, int parent_pid) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent_pid) return 1;  // it ended before the line above
+  const rlimit no_core{0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+  // A terminal's Ctrl-C and a service manager's stop reach the whole group; the daemon drains.
+  std::signal(SIGINT, SIG_IGN);
+  std::signal(SIGTERM, SIG_IGN);
+
+  Evaluator evaluator(registry);
+  protocol::WorkerStatus ready;
+  ready.pid = getpid();
+  if (send_packet(socket, ready, true) != SendOutcome::kSent) return 1;
+  for (;;) {
+    const Received received = receive_packet(socket, true);
+    if (received.closed) return 0;
+    if (!received.message) return 1;
+    const auto answer = evaluator.handle(*received.message);
+    if (answer && send_packet(socket, *answer, true) != SendOutcome::kSent) return 1;
+  }
+}
+
+}  // namespace treeroll::worker

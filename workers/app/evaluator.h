@@ -1,0 +1,50 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/policy/policy.h"
+#include "common/protocol/messages.h"
+#include "workers/tasks/task.h"
+
+namespace treeroll::worker {
+
+/// What an evaluator process does with a message of its daemon, without the process. It keeps the
+/// definitions it is given until it is told to forget them: the daemon bounds them.
+class Evaluator {
+ public:
+  /// The registry must outlive the evaluator.
+  explicit Evaluator(const TaskRegistry& registry);
+
+  /// - TaskDefinition, PolicyDefinition: builds it; a DefinitionReport says what came of it. With
+  ///   empty content: forgets it; no answer.
+  /// - RolloutBatch of one roll-out: evaluates it; a RewardBatch with its result, whose last_batch
+  ///   is the batch's sequence.
+  /// What a task throws, a reward that is not finite or outside the task's range: status kFailed.
+  std::optional<protocol::Message> handle(const protocol::Message& message);
+
+ private:
+  struct LoadedTask {
+    std::unique_ptr<Task> task;
+    TaskDescription description;
+  };
+
+  std::string load_task(const ContentHash& id, const std::string& content);
+  std::string load_policy(const ContentHash& id, const std::string& content);
+  Evaluation evaluate(const protocol::RolloutRequest& request);
+  protocol::RewardBatch answer(const protocol::RolloutBatch& batch);
+
+  const TaskRegistry* registry_;
+  std::map<ContentHash, LoadedTask> tasks_;
+  std::map<ContentHash, Policy> policies_;
+  int num_complaints_ = 0;
+};
+
+/// Body of an evaluator process: handles the packets on `socket` until the daemon is gone.
+/// @param parent_pid  of the daemon; if that has ended already, so does this
+/// @return            exit status
+int run_evaluator(const TaskRegistry& registry, int socket, int parent_pid);
+
+}  // namespace treeroll::worker

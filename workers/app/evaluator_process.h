@@ -1,0 +1,52 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <optional>
+
+#include "common/base/result.h"
+#include "common/base/time.h"
+
+namespace treeroll::worker {
+
+/// How a child process ended, as waitpid says.
+struct ChildEnd {
+  bool exited = false;  ///< else by a signal
+  int code = 0;         ///< exit status or signal
+};
+
+/// An evaluator as its daemon sees it: a process of this very executable and a socket to it. Ends
+/// the process when destroyed.
+class EvaluatorProcess {
+ public:
+  /// Starts /proc/self/exe with `--evaluator`. All other descriptors of the daemon are
+  /// close-on-exec, signals as a fresh program has them.
+  static Result<EvaluatorProcess> start();
+
+  EvaluatorProcess(EvaluatorProcess&& other) noexcept;
+  EvaluatorProcess& operator=(EvaluatorProcess&& other) noexcept;
+  ~EvaluatorProcess();
+
+  int socket() const { return socket_; }
+  pid_t pid() const { return pid_; }
+
+  /// SIGKILL; it has to be collected still.
+  void kill() const;
+  /// How it ended, if it has; after that it is not to be killed or asked.
+  std::optional<ChildEnd> collect();
+
+  /// From now on cpu_time() counts from 0.
+  void restart_cpu_time();
+  /// CPU time of the process, all threads; 0 if that cannot be read.
+  Duration cpu_time() const;
+
+ private:
+  EvaluatorProcess(pid_t pid, int socket) : pid_(pid), socket_(socket) {}
+  Duration total_cpu_time() const;
+
+  pid_t pid_ = -1;  // -1: collected or moved from
+  int socket_ = -1;
+  Duration cpu_time_before_{};
+};
+
+}  // namespace treeroll::worker

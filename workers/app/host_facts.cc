@@ -1,0 +1,36 @@
+#include "workers/app/host_facts.h"
+
+#include <gnu/libc-version.h>
+#include <sys/random.h>
+#include <sys/utsname.h>
+
+#include "common/base/check.h"
+
+namespace treeroll::worker {
+
+std::string host_name() {
+  utsname names{};
+  CHECK(uname(&names) == 0, "uname");
+  return names.nodename;
+}
+
+std::string numeric_class() {
+  utsname names{};
+  CHECK(uname(&names) == 0, "uname");
+  std::string text = names.machine;
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("fma")) text += " fma";
+  if (__builtin_cpu_supports("avx2")) text += " avx2";
+#endif
+  return text + " glibc " + gnu_get_libc_version();
+}
+
+std::int64_t random_id() {
+  std::uint64_t bits = 0;
+  while (bits >> 1U == 0) {
+    CHECK(getrandom(&bits, sizeof bits, 0) == sizeof bits, "no random numbers");
+  }
+  return static_cast<std::int64_t>(bits >> 1U);
+}
+
+}  // namespace treeroll::worker

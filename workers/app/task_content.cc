@@ -1,0 +1,95 @@
+#include "workers/app/task_content.h"
+
+#include <array>
+#include <cmath>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "common/base/config_error.h"
+
+namespace treeroll::worker {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kInputBytesMax = 1U << 20U;
+constexpr std::size_t kShownBytesMax = 200;
+
+void check(const TaskDescription& description, const std::string& name) {
+  const auto require = [&](bool condition, const char* rule) {
+    if (!condition) throw ConfigError("task.name", '"' + name + '"', rule);
+  };
+  require(description.input_dim >= 1 && description.output_dim >= 1,
+          "must be a task that describes at least one input and one output");
+  require(std::isfinite(description.reward_max) && description.reward_min >= 0 &&
+              description.reward_min <= description.reward_max,
+          "must be a task that describes a finite reward range that is not negative");
+  require(std::isfinite(description.time_limit_s) && description.time_limit_s > 0 &&
+              description.time_limit_s <= 1e6,
+          "must be a task that describes a time limit above 0 and of at most a million seconds");
+}
+
+json parse(const std::string& content) {
+  json value = json::parse(content, nullptr, false);
+  if (!value.is_object() || value.size() != 2 || !value.contains("name") ||
+      !value.contains("settings")) {
+    throw ConfigError("task", content.substr(0, kShownBytesMax),
+                      R"(must be a JSON object {"name": ..., "settings": {...}})");
+  }
+  if (!value["name"].is_string()) {
+    throw ConfigError("task.name", value["name"].dump(), "must be a string");
+  }
+  if (!value["settings"].is_object()) {
+    throw ConfigError("task.settings", value["settings"].dump(), "must be an object");
+  }
+  return value;
+}
+
+std::string read_input() {
+  std::string content(kInputBytesMax + 1, '\0');
+  std::cin.read(content.data(), static_cast<std::streamsize>(content.size()));
+  content.resize(static_cast<std::size_t>(std::cin.gcount()));
+  if (content.size() > kInputBytesMax) {
+    throw ConfigError("task", content.substr(0, kShownBytesMax), "must be at most 1 MiB long");
+  }
+  return content;
+}
+
+/// Text that may hold anything: what is not UTF-8 is replaced.
+std::string printed(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace
+
+std::unique_ptr<Task> make_task(const TaskRegistry& registry, const std::string& content,
+                                json& resolved) {
+  const json value = parse(content);
+  const auto name = value["name"].get<std::string>();
+  try {
+    std::unique_ptr<Task> task = registry.make(name, value["settings"], resolved);
+    check(task->description(), name);
+    return task;
+  } catch (const ConfigError&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw ConfigError("task.name", '"' + name + '"',
+                      std::string("must be a task that can be made; it says: ") + error.what());
+  }
+}
+
+int describe_task(const TaskRegistry& registry) {
+  try {
+    json resolved;
+    const std::unique_ptr<Task> task = make_task(registry, read_input(), resolved);
+    std::cout << printed({{"description", to_json(task->description())}, {"settings", resolved}})
+              << std::endl;
+    return std::cout ? 0 : 1;
+  } catch (const ConfigError& error) {
+    const json details{{"key", error.key()}, {"value", error.value()}, {"rule", error.rule()}};
+    std::cout << printed({{"error", details}}) << std::endl;
+    return 2;
+  }
+}
+
+}  // namespace treeroll::worker

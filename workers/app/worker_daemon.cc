@@ -1,0 +1,283 @@
+#include "workers/app/worker_daemon.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <variant>
+
+#include "workers/app/packet.h"
+
+namespace treeroll::worker {
+namespace {
+
+using nlohmann::json;
+
+/// A flood of bad messages must not become a flood of lines.
+constexpr int kLinesPerSecondMax = 50;
+
+Death cause_of(const ChildEnd& end) {
+  if (end.exited) return Death::kExited;
+  for (const int own : {SIGSEGV, SIGFPE, SIGABRT, SIGILL, SIGBUS, SIGXCPU, SIGTRAP, SIGSYS}) {
+    if (end.code == own) return Death::kFatalSignal;
+  }
+  return Death::kForeignSignal;
+}
+
+/// What an evaluator says of a definition it has built. A user's code runs in there, so nothing
+/// is taken for granted: empty if a number is missing or out of its range.
+std::optional<DefinitionFacts> read_facts(DefinitionKind kind, const std::string& text) {
+  const json value = json::parse(text, nullptr, false);
+  const auto integer = [&](const char* key, int& number) {
+    if (!value.is_object() || !value.contains(key) || !value[key].is_number_integer()) return false;
+    number = value[key].get<int>();
+    return number >= 1;
+  };
+  DefinitionFacts facts;
+  if (!integer("input_dim", facts.input_dim) || !integer("output_dim", facts.output_dim)) {
+    return std::nullopt;
+  }
+  if (kind == DefinitionKind::kPolicy) {
+    return integer("theta_dim", facts.theta_dim) ? std::optional(facts) : std::nullopt;
+  }
+  if (!value.contains("time_limit_s") || !value["time_limit_s"].is_number()) return std::nullopt;
+  const double time_limit_s = value["time_limit_s"].get<double>();
+  if (!(time_limit_s > 0 && time_limit_s <= 1e6)) return std::nullopt;
+  facts.time_limit = std::chrono::nanoseconds(std::llround(time_limit_s * 1e9));
+  return facts;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
+                                                         WorkerSettings settings) {
+  std::unique_ptr<WorkerDaemon> daemon(new WorkerDaemon);
+  using transport::Channel;
+  transport::BusOptions options;
+  options.url = url;
+  options.channels = {Channel::kRolloutBatch, Channel::kTaskDefinition, Channel::kPolicyDefinition,
+                      Channel::kLearnerStatus};
+  options.on_message = [self = daemon.get()](const protocol::Message& message) {
+    if (self->core_) self->post(MessageReceived{message});
+  };
+  auto bus = transport::open_bus(daemon->loop_, std::move(options));
+  if (!bus) return bus.error();
+  daemon->bus_ = *std::move(bus);
+  settings.batch_bytes_max = daemon->bus_->batch_bytes_max();
+  daemon->slots_.resize(static_cast<std::size_t>(settings.num_evaluators));
+  daemon->core_.emplace(std::move(settings));
+  return daemon;
+}
+
+WorkerDaemon::~WorkerDaemon() {
+  for (Slot& slot : slots_) {
+    if (slot.watched) loop_.forget(slot.process->socket());
+    if (slot.process) slot.process->kill();  // all first, then each is waited for
+  }
+}
+
+int WorkerDaemon::run() {
+  loop_.on_signals({SIGTERM, SIGINT}, [this](int) { post(DrainRequested{}); });
+  loop_.on_signals({SIGCHLD}, [this](int) { collect_ended(); });
+  post(Started{});
+  if (!exit_status_) loop_.run();
+  return *exit_status_;
+}
+
+/// Effects may bring events of their own, which are taken after the effects before them.
+void WorkerDaemon::post(Event event) {
+  events_.push_back(std::move(event));
+  if (working_) return;
+  working_ = true;
+  while (!events_.empty() && !exit_status_) {
+    const Event next = std::move(events_.front());
+    events_.pop_front();
+    Effects effects;
+    core_->step(loop_.now(), next, effects);
+    for (const Effect& effect : effects) {
+      std::visit([this](const auto& e) { perform(e); }, effect);
+    }
+  }
+  working_ = false;
+  schedule_flush();
+}
+
+void WorkerDaemon::schedule_flush() {
+  if (flush_scheduled_ || exit_status_) return;
+  flush_scheduled_ = true;
+  loop_.after_ready_events([this] { flush(); });
+}
+
+void WorkerDaemon::flush() {
+  post(InboxDrained{});
+  flush_scheduled_ = false;
+  if (exit_status_) return;
+  loop_.set_timer(core_->next_deadline(), [this] { post(TimerFired{}); });
+}
+
+void WorkerDaemon::perform(const SendMessage& effect) {
+  protocol::Message message = effect.message;
+  if (auto* status = std::get_if<protocol::WorkerStatus>(&message)) {
+    const transport::BusStatistics statistics = bus_->statistics();
+    status->receive_buffer_bytes = statistics.receive_buffer_bytes;
+    status->num_rejected += statistics.num_rejected;
+    log_bus_trouble();
+  }
+  bus_->publish(message);
+}
+
+void WorkerDaemon::perform(const StartEvaluator& effect) {
+  Slot& slot = slots_[static_cast<std::size_t>(effect.evaluator)];
+  Result<EvaluatorProcess> process = EvaluatorProcess::start();
+  if (!process) {
+    spdlog::error("{}", process.error().message);
+    post(EvaluatorDied{effect.evaluator, Death::kExited, 1});
+    return;
+  }
+  slot.process.emplace(*std::move(process));
+  slot.loading.reset();
+  slot.watched = true;
+  loop_.watch(slot.process->socket(), [this, index = effect.evaluator] { read(index); });
+}
+
+void WorkerDaemon::perform(const KillEvaluator& effect) {
+  const Slot& slot = slots_[static_cast<std::size_t>(effect.evaluator)];
+  if (slot.process) slot.process->kill();
+}
+
+void WorkerDaemon::perform(const LoadDefinition& effect) {
+  Slot& slot = slots_[static_cast<std::size_t>(effect.evaluator)];
+  if (!slot.process) return;
+  slot.loading = effect.name;
+  slot.process->restart_cpu_time();
+  if (effect.name.kind == DefinitionKind::kTask) {
+    give(effect.evaluator, protocol::TaskDefinition{0, effect.name.id, effect.content});
+  } else {
+    give(effect.evaluator, protocol::PolicyDefinition{0, effect.name.id, effect.content});
+  }
+}
+
+void WorkerDaemon::perform(const ForgetDefinition& effect) {
+  if (effect.name.kind == DefinitionKind::kTask) {
+    give(effect.evaluator, protocol::TaskDefinition{0, effect.name.id, ""});
+  } else {
+    give(effect.evaluator, protocol::PolicyDefinition{0, effect.name.id, ""});
+  }
+}
+
+void WorkerDaemon::perform(const RunRollout& effect) {
+  Slot& slot = slots_[static_cast<std::size_t>(effect.evaluator)];
+  if (!slot.process) return;
+  slot.process->restart_cpu_time();
+  give(effect.evaluator, protocol::RolloutBatch{0, effect.job, {effect.request}, {}});
+}
+
+void WorkerDaemon::perform(const AskCpuTime& effect) {
+  const Slot& slot = slots_[static_cast<std::size_t>(effect.evaluator)];
+  if (!slot.process) return;
+  post(CpuTimeMeasured{effect.evaluator, effect.job, slot.process->cpu_time()});
+}
+
+void WorkerDaemon::perform(const WriteLog& effect) {
+  const TimePoint now = loop_.now();
+  if (now >= log_second_ + std::chrono::seconds(1)) {
+    if (num_lines_this_second_ > kLinesPerSecondMax) {
+      spdlog::warn("{} lines left out", num_lines_this_second_ - kLinesPerSecondMax);
+    }
+    log_second_ = now;
+    num_lines_this_second_ = 0;
+  }
+  if (++num_lines_this_second_ > kLinesPerSecondMax) return;
+  spdlog::log(effect.warning ? spdlog::level::warn : spdlog::level::info, "{}", effect.text);
+}
+
+void WorkerDaemon::perform(const Exit& effect) {
+  exit_status_ = effect.status;
+  loop_.stop();
+}
+
+/// Never waits: an evaluator reads whatever it is given before it is given more. One that does
+/// not is not working.
+void WorkerDaemon::give(int evaluator, const protocol::Message& message) {
+  const Slot& slot = slots_[static_cast<std::size_t>(evaluator)];
+  if (!slot.process) return;
+  const SendOutcome outcome = send_packet(slot.process->socket(), message, false);
+  if (outcome == SendOutcome::kSent) return;
+  if (outcome == SendOutcome::kFull) spdlog::error("evaluator {} does not read", evaluator);
+  slot.process->kill();
+}
+
+void WorkerDaemon::read(int evaluator) {
+  Slot& slot = slots_[static_cast<std::size_t>(evaluator)];
+  while (slot.process) {
+    const Received received = receive_packet(slot.process->socket(), false);
+    if (received.message) {
+      understand(evaluator, *received.message);
+      continue;
+    }
+    if (received.closed || received.malformed) {
+      if (received.malformed) spdlog::error("evaluator {} sends what is no message", evaluator);
+      if (slot.watched) loop_.forget(slot.process->socket());
+      slot.watched = false;
+      slot.process->kill();  // whether it is ending already or only closed its socket
+    }
+    return;
+  }
+}
+
+void WorkerDaemon::understand(int evaluator, const protocol::Message& message) {
+  Slot& slot = slots_[static_cast<std::size_t>(evaluator)];
+  if (std::holds_alternative<protocol::WorkerStatus>(message)) {
+    post(EvaluatorReady{evaluator});
+  } else if (const auto* report = std::get_if<protocol::DefinitionReport>(&message)) {
+    if (!slot.loading || slot.loading->id != report->definition_id) return;
+    DefinitionLoaded loaded{evaluator, *slot.loading, report->accepted, report->text, {}};
+    slot.loading.reset();
+    if (loaded.accepted) {
+      const auto facts = read_facts(loaded.name.kind, report->text);
+      loaded.accepted = facts.has_value();
+      if (facts) loaded.facts = *facts;
+      if (!facts) loaded.text = "its description is not complete: " + report->text;
+    }
+    post(loaded);
+  } else if (const auto* answer = std::get_if<protocol::RewardBatch>(&message)) {
+    if (answer->results.size() != 1) return;
+    const protocol::RolloutResult& result = answer->results[0];
+    post(RolloutEvaluated{evaluator, answer->last_batch, result.reward, result.status,
+                          result.duration_ns});
+  }
+}
+
+/// Signals merge, so every evaluator is looked at; only our own are waited for.
+void WorkerDaemon::collect_ended() {
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    Slot& slot = slots_[i];
+    if (!slot.process) continue;
+    const std::optional<ChildEnd> end = slot.process->collect();
+    if (!end) continue;
+    read(static_cast<int>(i));  // what it had still sent
+    if (slot.watched) loop_.forget(slot.process->socket());
+    slot.watched = false;
+    slot.process.reset();
+    post(EvaluatorDied{static_cast<int>(i), cause_of(*end), end->code});
+  }
+}
+
+void WorkerDaemon::log_bus_trouble() {
+  const transport::BusStatistics statistics = bus_->statistics();
+  // The first of each kind and then at each doubling: enough to see that it goes on.
+  if (statistics.num_unsent > 2 * num_unsent_logged_) {
+    spdlog::warn("{} messages could not be sent; the last: {}", statistics.num_unsent,
+                 statistics.last_publish_error);
+    num_unsent_logged_ = statistics.num_unsent;
+  }
+  if (statistics.num_rejected > 2 * num_rejected_logged_) {
+    spdlog::warn("{} messages refused; the last: {}", statistics.num_rejected,
+                 statistics.last_rejection);
+    num_rejected_logged_ = statistics.num_rejected;
+  }
+}
+
+}  // namespace treeroll::worker

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/transport/bus.h"
+#include "common/transport/loop.h"
+#include "workers/app/evaluator_process.h"
+#include "workers/core/worker_core.h"
+
+namespace treeroll::worker {
+
+/// Carries a worker core's effects out and its events in: the bus, the evaluator processes, the
+/// clock, the signals and the log. One thread, the loop's.
+class WorkerDaemon {
+ public:
+  /// Opens the bus. Fails with one line for a person; nothing has been started then.
+  static Result<std::unique_ptr<WorkerDaemon>> open(const std::string& url,
+                                                    WorkerSettings settings);
+  ~WorkerDaemon();
+  WorkerDaemon(const WorkerDaemon&) = delete;
+  WorkerDaemon& operator=(const WorkerDaemon&) = delete;
+
+  /// Serves until drained. @return exit status
+  int run();
+
+ private:
+  WorkerDaemon() = default;
+
+  void post(Event event);
+  void schedule_flush();
+  void flush();
+
+  void perform(const SendMessage& effect);
+  void perform(const StartEvaluator& effect);
+  void perform(const KillEvaluator& effect);
+  void perform(const LoadDefinition& effect);
+  void perform(const ForgetDefinition& effect);
+  void perform(const RunRollout& effect);
+  void perform(const AskCpuTime& effect);
+  void perform(const WriteLog& effect);
+  void perform(const Exit& effect);
+
+  void give(int evaluator, const protocol::Message& message);
+  void read(int evaluator);
+  void understand(int evaluator, const protocol::Message& message);
+  void collect_ended();
+  void log_bus_trouble();
+
+  transport::Loop loop_;
+  std::unique_ptr<transport::Bus> bus_;
+  std::optional<WorkerCore> core_;
+  struct Slot {
+    std::optional<EvaluatorProcess> process;
+    bool watched = false;
+    std::optional<DefinitionName> loading;  ///< what its next report is about
+  };
+  std::vector<Slot> slots_;
+  std::deque<Event> events_;
+  bool working_ = false;
+  bool flush_scheduled_ = false;
+  std::optional<int> exit_status_;
+  TimePoint log_second_;
+  int num_lines_this_second_ = 0;
+  std::int64_t num_unsent_logged_ = 0;
+  std::int64_t num_rejected_logged_ = 0;
+};
+
+}  // namespace treeroll::worker

@@ -1,0 +1,127 @@
+#include "workers/app/worker_main.h"
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <csignal>
+#include <iostream>
+#include <thread>
+
+#include "common/base/config_error.h"
+#include "common/transport/bus.h"
+#include "workers/app/evaluator.h"
+#include "workers/app/host_facts.h"
+#include "workers/app/task_content.h"
+#include "workers/app/worker_daemon.h"
+
+namespace treeroll {
+namespace {
+
+constexpr int kProcessesMax = 1024;
+
+struct Options {
+  std::string processes;
+  std::string lcm_url;
+  bool describe_task = false;
+  bool die_with_parent = false;
+  int evaluator_socket = -1;
+  int parent_pid = 0;
+};
+
+int read_processes(const std::string& text) {
+  if (text.empty()) {
+    return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kProcessesMax);
+  }
+  int number = 0;
+  const char* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, number);
+  if (error != std::errc() || rest != end || number < 1 || number > kProcessesMax) {
+    throw ConfigError("--processes", text,
+                      "must be an integer from 1 to " + std::to_string(kProcessesMax));
+  }
+  return number;
+}
+
+void log_to_standard_error() {
+  auto logger = spdlog::stderr_logger_st("treeroll-worker");
+  logger->set_pattern("%Y-%m-%d %H:%M:%S.%e worker[%P] %l: %v");
+  spdlog::set_default_logger(std::move(logger));
+}
+
+/// A parent that has ended before prctl is known by the change of getppid.
+bool bind_to_parent(pid_t parent) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  return getppid() == parent;
+}
+
+int serve(const Options& options, pid_t parent) {
+  worker::WorkerSettings settings;
+  settings.num_evaluators = read_processes(options.processes);
+  if (options.die_with_parent && !bind_to_parent(parent)) {
+    spdlog::error("the parent has ended already");
+    return 1;
+  }
+  settings.worker_id = worker::random_id();
+  settings.host = worker::host_name();
+  settings.pid = getpid();
+  settings.version = TREEROLL_VERSION;
+  settings.numeric_class = worker::numeric_class();
+  const std::string url = transport::resolve_url(options.lcm_url);
+  auto daemon = worker::WorkerDaemon::open(url, settings);
+  if (!daemon) {
+    spdlog::error("{}", daemon.error().message);
+    return 2;
+  }
+  spdlog::info("worker {} with {} evaluators on {}", settings.worker_id, settings.num_evaluators,
+               url);
+  const int status = (*daemon)->run();
+  spdlog::info("ends with status {}", status);
+  return status;
+}
+
+}  // namespace
+
+int worker_main(int argc, char** argv, const TaskRegistry& registry) {
+  const pid_t parent = getppid();
+  log_to_standard_error();
+  Options options;
+  CLI::App app("Evaluates roll-outs for the learners on an LCM network.", "treeroll-worker");
+  app.set_version_flag("--version", std::string("treeroll-worker ") + TREEROLL_VERSION);
+  app.add_option("--processes", options.processes,
+                 "Evaluator processes; default: one for each core");
+  app.add_option("--lcm-url", options.lcm_url,
+                 "Where the learners are; default: LCM_DEFAULT_URL, else LCM's own, this host");
+  app.add_flag("--describe-task", options.describe_task,
+               "Read {\"name\": ..., \"settings\": {...}} from standard input, print what the task "
+               "says of itself or what is wrong, and end");
+  app.add_flag("--die-with-parent", options.die_with_parent,
+               "End when the process that started this one ends");
+  app.add_option("--evaluator", options.evaluator_socket)->group("");
+  app.add_option("--parent", options.parent_pid)->group("");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    std::cerr << "treeroll-worker: " << error.what() << "\n";
+    return 2;
+  }
+  try {
+    if (options.evaluator_socket >= 0) {
+      return worker::run_evaluator(registry, options.evaluator_socket, options.parent_pid);
+    }
+    if (options.describe_task) return worker::describe_task(registry);
+    return serve(options, parent);
+  } catch (const ConfigError& error) {
+    std::cerr << "treeroll-worker: " << error.what() << "\n";
+    return 2;
+  } catch (const std::exception& error) {
+    std::cerr << "treeroll-worker: " << error.what() << "\n";
+    return 1;
+  }
+}
+
+}  // namespace treeroll
