@@ -109,6 +109,18 @@ TEST(WorkerDefinitionsTest, RefusesAPolicyWithOtherDimensionsThanItsTask) {
   EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
 }
 
+TEST(WorkerDefinitionsTest, ARefusalStandsWhereBothAreReportedInOneTurn) {
+  Stage stage;
+  stage.policy_facts.output_dim = 2;
+  stage.define();
+  stage.clear();
+  stage.give(MessageReceived{protocol::RolloutBatch{kLearner, 1, {stage.request(1)}, {}}});
+  stage.give(MessageReceived{protocol::PolicyDefinition{kLearner, content_hash(kPolicy), kPolicy}});
+  stage.step(InboxDrained{});
+  ASSERT_THAT(stage.sent<DefinitionReport>(), SizeIs(1));
+  EXPECT_FALSE(stage.sent<DefinitionReport>()[0].accepted);
+}
+
 TEST(WorkerDefinitionsTest, RefusesAThetaOfAnotherSize) {
   Stage stage;
   stage.define();

@@ -85,8 +85,13 @@ Evaluation Evaluator::evaluate(const protocol::RolloutRequest& request) {
     return {.reward = 0, .status = RolloutStatus::kFailed};
   };
   try {
-    LoadedTask& loaded = tasks_.at(request.task_id);
-    const Policy& policy = policies_.at(request.policy_id);
+    const auto found_task = tasks_.find(request.task_id);
+    const auto found_policy = policies_.find(request.policy_id);
+    if (found_task == tasks_.end() || found_policy == policies_.end()) {
+      return complain("it names a definition this evaluator does not have");
+    }
+    LoadedTask& loaded = found_task->second;
+    const Policy& policy = found_policy->second;
     const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(
         request.theta.data(), static_cast<Eigen::Index>(request.theta.size()));
     if (theta.size() != policy.theta_dim()) return complain("theta has another size");

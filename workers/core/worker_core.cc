@@ -269,14 +269,21 @@ void WorkerCore::receive_definition(const Turn& turn, protocol::LearnerId learne
 void WorkerCore::settle(const Turn& turn, const DefinitionName& name, Definition& definition) {
   const bool accepted = definition.state == DefinitionState::kAccepted;
   for (const protocol::LearnerId learner : definition.to_tell) {
-    reports_[{learner, name.id}] = {.worker_id = settings_.worker_id,
-                                    .learner_id = learner,
-                                    .definition_id = name.id,
-                                    .accepted = accepted,
-                                    .text = definition.text};
+    report(learner, name.id, accepted, definition.text);
   }
   definition.to_tell.clear();
   review_waiting(turn);
+}
+
+void WorkerCore::report(protocol::LearnerId learner, const ContentHash& id, bool accepted,
+                        const std::string& text) {
+  const auto earlier = reports_.find({learner, id});
+  if (earlier != reports_.end() && !earlier->second.accepted) return;
+  reports_[{learner, id}] = {.worker_id = settings_.worker_id,
+                             .learner_id = learner,
+                             .definition_id = id,
+                             .accepted = accepted,
+                             .text = text};
 }
 
 void WorkerCore::review_waiting(const Turn& turn) {
@@ -291,11 +298,7 @@ void WorkerCore::review(const Turn&, const RolloutName& name) {
   if (task == nullptr || policy == nullptr) learners_.at(name.learner).asking = true;
 
   const auto let_go = [&](const ContentHash& id, const std::string& reason) {
-    reports_[{name.learner, id}] = {.worker_id = settings_.worker_id,
-                                    .learner_id = name.learner,
-                                    .definition_id = id,
-                                    .accepted = false,
-                                    .text = reason};
+    report(name.learner, id, false, reason);
     queue_.remove(name);
   };
   if (task != nullptr && task->state == DefinitionState::kRefused) {

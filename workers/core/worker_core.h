@@ -91,6 +91,8 @@ class WorkerCore {
   void review(const Turn& turn, const RolloutName& name);
   void review_waiting(const Turn& turn);
   void settle(const Turn& turn, const DefinitionName& name, Definition& definition);
+  void report(protocol::LearnerId learner, const ContentHash& id, bool accepted,
+              const std::string& text);
   void finish_if_drained(const Turn& turn);
 
   // worker_core_sending.cc: what goes out.
@@ -130,7 +132,8 @@ class WorkerCore {
   DefinitionCache tasks_;
   DefinitionCache policies_;
   std::deque<DefinitionName> to_check_;
-  /// Reports of this turn: one for each learner and definition, however often it asked.
+  /// Reports of this turn: one for each learner and definition, however often it asked; a refusal
+  /// stands.
   std::map<std::pair<protocol::LearnerId, ContentHash>, protocol::DefinitionReport> reports_;
   std::vector<Evaluator> evaluators_;
   std::int64_t next_job_ = 1;

@@ -1,0 +1,84 @@
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/worker_app/child.h"
+
+namespace treeroll::worker {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+struct Outcome {
+  std::optional<int> status;
+  std::string output;
+  std::string errors;
+};
+
+Outcome run(const std::vector<std::string>& arguments, const std::string& input = "") {
+  Child child(arguments, input);
+  const std::optional<int> status = child.wait();
+  return {status, child.output(), child.errors()};
+}
+
+TEST(DescribeTaskTest, PrintsDescriptionAndResolvedSettings) {
+  const Outcome outcome =
+      run({"--describe-task"}, R"({"name": "synthetic", "settings": {"time_limit_s": 3}})");
+  EXPECT_EQ(outcome.status, 0);
+  const json printed = json::parse(outcome.output);
+  EXPECT_EQ(printed["description"]["input_dim"], 1);
+  EXPECT_EQ(printed["description"]["time_limit_s"], 3);
+  EXPECT_EQ(printed["description"]["deterministic"], true);
+  EXPECT_EQ(printed["settings"]["time_limit_s"], 3);
+  EXPECT_EQ(printed["settings"]["mode"], "burn");
+}
+
+TEST(DescribeTaskTest, SaysWhichSettingIsWrongAndWhy) {
+  const Outcome outcome =
+      run({"--describe-task"}, R"({"name": "synthetic", "settings": {"duration_us": -4}})");
+  EXPECT_EQ(outcome.status, 2);
+  const json error = json::parse(outcome.output)["error"];
+  EXPECT_EQ(error["key"], "task.duration_us");
+  EXPECT_EQ(error["value"], "-4");
+  EXPECT_THAT(error["rule"].get<std::string>(), HasSubstr("must be an integer from 0"));
+}
+
+TEST(DescribeTaskTest, RefusesWhatIsNoTask) {
+  for (const char* input :
+       {"", "x", "[]", "{}", R"({"name": 3, "settings": {}})",
+        R"({"name": "synthetic", "settings": []})", R"({"name": "nobody", "settings": {}})",
+        R"({"name": "synthetic", "settings": {}, "more": 1})", "{\"name\": \"\xff\"}"}) {
+    const Outcome outcome = run({"--describe-task"}, input);
+    EXPECT_EQ(outcome.status, 2) << input;
+    EXPECT_TRUE(json::parse(outcome.output).contains("error")) << input;
+  }
+}
+
+TEST(DescribeTaskTest, RefusesAnEndlessInput) {
+  EXPECT_EQ(run({"--describe-task"}, std::string((1U << 20U) + 1, ' ')).status, 2);
+}
+
+TEST(WorkerOptionsTest, BadOnesAreNamedAndEndWithStatusTwo) {
+  for (const char* number : {"0", "-1", "1025", "two", "1.5", "99999999999999999999"}) {
+    const Outcome outcome = run({std::string("--processes=") + number});
+    EXPECT_EQ(outcome.status, 2) << number;
+    EXPECT_THAT(outcome.errors, HasSubstr(std::string("--processes = ") + number +
+                                          ": must be an integer from 1 to 1024"));
+  }
+  const Outcome unknown = run({"--proceses=2"});
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_THAT(unknown.errors, HasSubstr("--proceses"));
+  const Outcome url = run({"--processes=1", "--lcm-url=udpm://nonsense"});
+  EXPECT_EQ(url.status, 2);
+  EXPECT_THAT(url.errors, HasSubstr("nonsense"));
+}
+
+TEST(WorkerOptionsTest, VersionIsPrinted) {
+  const Outcome outcome = run({"--version"});
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.output, HasSubstr("treeroll-worker 0."));
+}
+
+}  // namespace
+}  // namespace treeroll::worker

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/policy/policy.h"
+#include "common/transport/bus.h"
+#include "common/transport/loop.h"
+#include "tests/worker_app/child.h"
+
+namespace treeroll::worker {
+
+/// One Gaussian over one input and one output; its theta has three numbers.
+Policy small_policy();
+
+/// A synthetic task's definition with these settings, such as R"({"mode": "sleep"})".
+std::string synthetic_task(const std::string& settings);
+
+/// The learner's side of the messages, without learning: asks one worker and keeps what it says.
+class LearnerStandIn {
+ public:
+  explicit LearnerStandIn(int salt);
+
+  const std::string& url() const { return url_; }
+  /// Runs the loop until `done()`, at most `limit`. Returns done().
+  bool until(const std::function<bool()>& done,
+             std::chrono::milliseconds limit = std::chrono::seconds(20));
+  /// Waits for a worker's first heartbeat.
+  bool meet_worker();
+  void define(const std::string& task);
+  void define_policy(const Policy& policy);
+  /// Asks for roll-outs number first .. first + n - 1, under the last definitions.
+  void ask(int first, int num);
+  void acknowledge();
+  const protocol::RolloutResult* result(int number) const;
+
+  std::vector<protocol::RewardBatch> rewards;
+  std::vector<protocol::DefinitionRequest> requests;
+  std::vector<protocol::DefinitionReport> reports;
+  std::optional<protocol::WorkerStatus> status;
+
+ private:
+  void receive(const protocol::Message& message);
+
+  std::string url_;
+  transport::Loop loop_;
+  std::unique_ptr<transport::Bus> bus_;
+  std::int64_t sequence_ = 0;
+  std::string task_;
+  std::string policy_;
+  std::int64_t last_index_ = 0;
+};
+
+}  // namespace treeroll::worker

@@ -1,0 +1,174 @@
+#include <gmock/gmock.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "tests/worker_app/learner_stand_in.h"
+
+/// The real worker over a multicast group of this host. Limits are generous, since a machine may
+/// be busy; what is waited for comes in milliseconds.
+namespace treeroll::worker {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+struct Stage {
+  explicit Stage(int salt, int num_evaluators = 1)
+      : learner(salt),
+        worker({"--processes=" + std::to_string(num_evaluators), "--lcm-url=" + learner.url()}) {}
+
+  LearnerStandIn learner;
+  Child worker;
+};
+
+TEST(WorkerProcessTest, EvaluatesAndAnswersEveryRolloutAndDrainsWithStatusZero) {
+  Stage stage(1, 2);
+  ASSERT_TRUE(stage.learner.meet_worker());
+  EXPECT_EQ(stage.learner.status->num_evaluators, 2);
+  EXPECT_EQ(stage.learner.status->pid, stage.worker.pid());
+  EXPECT_GT(stage.learner.status->receive_buffer_bytes, 0);
+  EXPECT_THAT(stage.learner.status->numeric_class, HasSubstr("glibc"));
+  stage.learner.define(synthetic_task("{}"));
+  stage.learner.ask(0, 100);
+  ASSERT_TRUE(stage.learner.until([&] {
+    for (int i = 0; i < 100; ++i) {
+      if (stage.learner.result(i) == nullptr) return false;
+    }
+    return true;
+  }));
+  // The reward is a smooth function of theta with its maximum where the last number is 1.
+  EXPECT_EQ(stage.learner.result(10)->status, RolloutStatus::kOk);
+  EXPECT_GT(stage.learner.result(10)->reward, stage.learner.result(20)->reward);
+  stage.learner.acknowledge();
+  stage.worker.signal(SIGTERM);
+  EXPECT_EQ(stage.worker.wait(), 0);
+  EXPECT_TRUE(stage.learner.until([&] { return stage.learner.status->draining; }, 2s));
+}
+
+TEST(WorkerProcessTest, AsksForDefinitionsItMissed) {
+  LearnerStandIn learner(2);
+  learner.define(synthetic_task("{}"));  // before there is a worker
+  const Child worker({"--processes=1", "--lcm-url=" + learner.url()});
+  ASSERT_TRUE(learner.meet_worker());
+  learner.ask(0, 1);
+  ASSERT_TRUE(learner.until([&] { return !learner.requests.empty(); }));
+  EXPECT_THAT(learner.requests[0].task_ids, SizeIs(1));
+  learner.define(synthetic_task("{}"));
+  EXPECT_TRUE(learner.until([&] { return learner.result(0) != nullptr; }));
+}
+
+TEST(WorkerProcessTest, ReportsATaskItCannotMake) {
+  Stage stage(3);
+  ASSERT_TRUE(stage.learner.meet_worker());
+  stage.learner.define(synthetic_task(R"({"duration_us": -1})"));
+  ASSERT_TRUE(stage.learner.until([&] { return stage.learner.reports.size() == 2; }));
+  EXPECT_FALSE(stage.learner.reports[0].accepted);
+  EXPECT_THAT(stage.learner.reports[0].text, HasSubstr("task.duration_us = -1"));
+  EXPECT_TRUE(stage.learner.reports[1].accepted) << stage.learner.reports[1].text;
+}
+
+TEST(WorkerProcessTest, RefusesAPolicyThatDoesNotFitItsTask) {
+  Stage stage(4);
+  ASSERT_TRUE(stage.learner.meet_worker());
+  stage.learner.define(synthetic_task(R"({"output_dim": 2})"));
+  stage.learner.ask(0, 1);
+  const auto refused = [&] {
+    return !stage.learner.reports.empty() && !stage.learner.reports.back().accepted;
+  };
+  ASSERT_TRUE(stage.learner.until(refused));
+  EXPECT_THAT(stage.learner.reports.back().text,
+              HasSubstr("the policy has 1 inputs and 1 outputs, the task takes 1 and 2"));
+}
+
+TEST(WorkerProcessTest, ReplacesAKilledEvaluatorAndAnswersItsRollout) {
+  Stage stage(5, 2);
+  ASSERT_TRUE(stage.learner.meet_worker());
+  stage.learner.define(synthetic_task(R"({"mode": "sleep", "duration_us": 1000000})"));
+  stage.learner.ask(0, 2);
+  ASSERT_TRUE(stage.learner.until(
+      [&] { return !stage.learner.status->held.empty() && stage.learner.reports.size() == 2; }));
+  const auto evaluators = children_of(stage.worker.pid());
+  ASSERT_THAT(evaluators, SizeIs(2));
+  kill(evaluators[0], SIGKILL);
+  EXPECT_TRUE(stage.learner.until(
+      [&] { return stage.learner.result(0) != nullptr && stage.learner.result(1) != nullptr; }));
+  EXPECT_EQ(stage.learner.result(0)->status, RolloutStatus::kOk);
+  EXPECT_EQ(stage.learner.result(1)->status, RolloutStatus::kOk);
+  EXPECT_TRUE(stage.learner.until([&] { return stage.learner.status->num_restarts == 1; }));
+  EXPECT_FALSE(is_alive(evaluators[0]));
+  EXPECT_THAT(children_of(stage.worker.pid()), SizeIs(2));
+}
+
+TEST(WorkerProcessTest, ARolloutThatCrashesItsEvaluatorsIsAnsweredAsCrashed) {
+  Stage stage(6);
+  ASSERT_TRUE(stage.learner.meet_worker());
+  stage.learner.define(synthetic_task(R"({"crash_fraction": 1})"));
+  stage.learner.ask(0, 2);
+  ASSERT_TRUE(stage.learner.until(
+      [&] { return stage.learner.result(0) != nullptr && stage.learner.result(1) != nullptr; }));
+  EXPECT_EQ(stage.learner.result(0)->status, RolloutStatus::kCrashed);
+  EXPECT_EQ(stage.learner.result(1)->status, RolloutStatus::kCrashed);
+  EXPECT_THAT(stage.worker.errors(), HasSubstr("was ended by signal 11"));
+}
+
+TEST(WorkerProcessTest, ARolloutThatHangsOrBlocksIsAnsweredAsTimedOut) {
+  for (const char* mode : {"burn", "sleep"}) {
+    Stage stage(7);
+    ASSERT_TRUE(stage.learner.meet_worker());
+    stage.learner.define(synthetic_task(
+        std::string(R"({"hang_fraction": 1, "time_limit_s": 0.05, "mode": ")") + mode + "\"}"));
+    stage.learner.ask(0, 1);
+    ASSERT_TRUE(stage.learner.until([&] { return stage.learner.result(0) != nullptr; })) << mode;
+    EXPECT_EQ(stage.learner.result(0)->status, RolloutStatus::kTimedOut) << mode;
+    EXPECT_FALSE(stage.learner.status->draining) << "the worker goes on";
+  }
+}
+
+TEST(WorkerProcessTest, ASecondSignalEndsItWithoutWaiting) {
+  Stage stage(8);
+  ASSERT_TRUE(stage.learner.meet_worker());
+  stage.learner.define(synthetic_task(R"({"mode": "sleep", "duration_us": 50000000})"));
+  stage.learner.ask(0, 1);
+  ASSERT_TRUE(stage.learner.until(
+      [&] { return !stage.learner.status->held.empty() && stage.learner.reports.size() == 2; }));
+  stage.worker.signal(SIGINT);
+  ASSERT_TRUE(stage.learner.until([&] { return stage.learner.status->draining; }));
+  EXPECT_EQ(stage.worker.wait(100ms), std::nullopt) << "a roll-out still runs";
+  stage.worker.signal(SIGINT);
+  EXPECT_EQ(stage.worker.wait(), 1);
+}
+
+TEST(WorkerProcessTest, LeavesNoEvaluatorBehindWhenItIsKilled) {
+  Stage stage(9, 3);
+  ASSERT_TRUE(stage.learner.meet_worker());
+  stage.learner.define(synthetic_task(R"({"hang_fraction": 1, "time_limit_s": 1000})"));
+  stage.learner.ask(0, 3);
+  ASSERT_TRUE(stage.learner.until(
+      [&] { return !stage.learner.status->held.empty() && stage.learner.reports.size() == 2; }));
+  const auto evaluators = children_of(stage.worker.pid());
+  ASSERT_THAT(evaluators, SizeIs(3));
+  stage.worker.signal(SIGKILL);
+  EXPECT_EQ(stage.worker.wait(), -SIGKILL);
+  EXPECT_TRUE(stage.learner.until(
+      [&] { return std::none_of(evaluators.begin(), evaluators.end(), is_alive); }));
+}
+
+TEST(WorkerProcessTest, ALocalWorkerDiesWithTheProcessThatStartedIt) {
+  LearnerStandIn learner(10);
+  const std::string command = std::string(TREEROLL_WORKER_PROGRAM) +
+                              " --die-with-parent --processes=1 '--lcm-url=" + learner.url() +
+                              "' & wait";
+  Child shell({"-c", command}, "", "/bin/sh");
+  ASSERT_TRUE(learner.meet_worker());
+  const pid_t worker = learner.status->pid;
+  const auto evaluators = children_of(worker);
+  ASSERT_THAT(evaluators, SizeIs(1));
+  shell.signal(SIGKILL);
+  EXPECT_EQ(shell.wait(), -SIGKILL);
+  EXPECT_TRUE(learner.until([&] { return !is_alive(worker) && !is_alive(evaluators[0]); }));
+}
+
+}  // namespace
+}  // namespace treeroll::worker
