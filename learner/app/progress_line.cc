@@ -44,4 +44,15 @@ void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
       status.num_evaluators, rate_, rate_ > 0 ? as_time(left / rate_) : "an unknown time");
 }
 
+void ProgressLine::show(const transport::BusStatistics& bus) {
+  if (bus.num_rejected > shown_bus_.num_rejected) {
+    spdlog::warn("{} datagrams refused so far, the last: {}", bus.num_rejected, bus.last_rejection);
+  }
+  if (bus.num_unsent > shown_bus_.num_unsent) {
+    spdlog::warn("{} messages not sent so far, the last: {}", bus.num_unsent,
+                 bus.last_publish_error);
+  }
+  shown_bus_ = bus;
+}
+
 }  // namespace treeroll

@@ -4,6 +4,7 @@
 
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
+#include "common/transport/bus.h"
 
 namespace treeroll {
 
@@ -12,12 +13,15 @@ namespace treeroll {
 class ProgressLine {
  public:
   void show(const protocol::LearnerStatus& status, TimePoint now);
+  /// A warning whenever datagrams were refused or could not be sent since the last call.
+  void show(const transport::BusStatistics& bus);
 
  private:
   std::optional<TimePoint> last_shown_;
   std::optional<TimePoint> last_warned_;
   double rate_ = 0;  // roll-outs per second, running mean
   std::int64_t shown_applied_ = 0;
+  transport::BusStatistics shown_bus_;
 };
 
 }  // namespace treeroll

@@ -1,7 +1,10 @@
 #include "learner/app/task_survey.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -17,8 +20,9 @@ using nlohmann::json;
 
 constexpr std::chrono::seconds kLimit{30};
 
-/// Nothing if the executable does not know the task's name.
-std::optional<TaskFacts> ask(const std::string& content, const std::filesystem::path& program) {
+/// Nothing if the executable does not know the task's name and need not.
+std::optional<TaskFacts> ask(const std::string& content, const LearnerOptions& options) {
+  const std::filesystem::path& program = options.worker_program;
   Result<ProgramOutput> answer = run_program(program, {"--describe-task"}, content, kLimit);
   if (!answer) throw std::runtime_error("cannot ask about the task: " + answer.error().message);
   const json said = json::parse(answer->output, nullptr, /*allow_exceptions=*/false);
@@ -29,7 +33,7 @@ std::optional<TaskFacts> ask(const std::string& content, const std::filesystem::
   if (const auto error = said.find("error"); error != said.end()) {
     if (!error->is_object()) throw std::runtime_error(unusable);
     const std::string key = error->value("key", "task");
-    if (key == "task.name") return std::nullopt;
+    if (key == "task.name" && !options.needs_worker_program) return std::nullopt;
     throw ConfigError(key, error->value("value", ""), error->value("rule", "is refused"));
   }
   if (answer->exit_status != 0 || !said.contains("description")) throw std::runtime_error(unusable);
@@ -41,16 +45,19 @@ std::optional<TaskFacts> ask(const std::string& content, const std::filesystem::
 }  // namespace
 
 std::map<std::string, TaskFacts> survey_tasks(const LoadedStudy& loaded,
-                                              const std::filesystem::path& worker_program) {
+                                              const LearnerOptions& options) {
+  if (access(options.worker_program.c_str(), X_OK) != 0) {
+    if (!options.needs_worker_program) return {};
+    throw ConfigError("--worker-program", options.worker_program.string(),
+                      fmt::format("cannot be executed: {}", std::strerror(errno)));
+  }
   std::map<std::string, TaskFacts> known;
   std::set<std::string> asked;
   for (std::size_t c = 0; c < loaded.study.conditions.size(); ++c) {
     const std::string& content = loaded.study.conditions[c].task_content;
     if (asked.insert(content).second) {
       try {
-        if (const std::optional<TaskFacts> facts = ask(content, worker_program)) {
-          known[content] = *facts;
-        }
+        if (const std::optional<TaskFacts> facts = ask(content, options)) known[content] = *facts;
       } catch (const ConfigError& error) {
         throw condition_error(loaded, c, error);
       }

@@ -1,21 +1,22 @@
 #pragma once
 
-#include <filesystem>
 #include <map>
 #include <string>
 
+#include "learner/app/options.h"
 #include "learner/app/study_file.h"
 #include "learner/core/task_facts.h"
 
 namespace treeroll {
 
-/// Asks a worker executable (`--describe-task`) about every task of the study, so that a study is
-/// checked before anything starts. A task whose name the executable does not know is left out:
-/// remote workers may know it, and describe it over the bus.
+/// Asks the worker executable (`--describe-task`) about every task of the study, so that a study is
+/// checked before anything starts. If the executable is not needed on this host, it may be missing
+/// or not know a task: that is left out, and described by remote workers over the bus.
 /// @return by task content
 /// Throws StudyError for settings a task refuses and for a policy with other dimensions than its
-/// task's; std::runtime_error if the executable cannot be asked.
+/// task's; ConfigError if the executable is needed and cannot be run; std::runtime_error if it
+/// answers with what cannot be read.
 std::map<std::string, TaskFacts> survey_tasks(const LoadedStudy& loaded,
-                                              const std::filesystem::path& worker_program);
+                                              const LearnerOptions& options);
 
 }  // namespace treeroll

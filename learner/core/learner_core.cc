@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
@@ -109,6 +110,7 @@ void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
     const std::int64_t index = batch.first_index + static_cast<std::int64_t>(i);
     if (index <= worker->acknowledged) continue;  // a repetition of what was settled
     accept(*worker, batch.results[i], now, effects);
+    if (outcome_ == Outcome::kFailed) return;
   }
   if (!batch.results.empty()) {
     const std::int64_t last =
@@ -273,8 +275,16 @@ void LearnerCore::accept(WorkerEntry& worker, const protocol::RolloutResult& res
   if (!ok && key.number >= 0) ++ledger_.counters.failed;
   last_progress_ = now;
   changed_runs_.insert(key.run);
-  ledger_.counters.applied += run.accept(key.number, ok ? result.reward : 0, result.status,
-                                         numeric_class(worker.numeric_class));
+  try {
+    ledger_.counters.applied += run.accept(key.number, ok ? result.reward : 0, result.status,
+                                           numeric_class(worker.numeric_class));
+  } catch (const std::invalid_argument& error) {
+    // The mean of a layer that was left makes no mixture: the noise has driven it past all bounds.
+    failure_ =
+        fmt::format("run {} cannot go on after roll-out {}: {}", key.run, key.number, error.what());
+    outcome_ = Outcome::kFailed;
+    return;
+  }
   if (run.done()) {
     finish_run(run, effects);
   } else {

@@ -124,7 +124,7 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
     }
   }
   for (const protocol::LearnerId id : silent) {
-    turn.log(false, fmt::format("learner {} has been silent for {:.0f} s and is forgotten", id,
+    turn.log(false, fmt::format("learner {:x} has been silent for {:.0f} s and is forgotten", id,
                                 to_seconds(settings_.learner_silence_max)));
     forget(turn, id);
   }
@@ -176,7 +176,7 @@ WorkerCore::Learner* WorkerCore::meet(const Turn& turn, protocol::LearnerId id) 
     }
     forget(turn, victim->first);
   }
-  turn.log(false, fmt::format("serves learner {}", id));
+  turn.log(false, fmt::format("serves learner {:x}", id));
   Learner& learner = learners_[id];
   learner.last_sent_index = answers_.last_index(id);
   return &learner;
@@ -247,7 +247,7 @@ void WorkerCore::receive_definition(const Turn& turn, protocol::LearnerId learne
   if (draining_) return;
   if (content_hash(content) != name.id) {
     ++num_rejected_;
-    turn.log(true, fmt::format("a {} definition of learner {} is not what its id {} names",
+    turn.log(true, fmt::format("a {} definition of learner {:x} is not what its id {} names",
                                word(name.kind), learner, to_hex(name.id)));
     return;
   }
