@@ -10,6 +10,7 @@
 #include "learner/app/daemon.h"
 #include "learner/app/study_file.h"
 
+namespace treeroll {
 namespace {
 
 constexpr int kLocalWorkersMax = 4096;
@@ -19,10 +20,7 @@ std::filesystem::path worker_beside_us() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "treeroll-worker";
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  using namespace treeroll;
+int learner_main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("learner"));
   spdlog::set_pattern("%Y-%m-%d %H:%M:%S.%e learner[%P] %^%l%$: %v");
 
@@ -67,3 +65,8 @@ int main(int argc, char** argv) {
     return kExitOther;
   }
 }
+
+}  // namespace
+}  // namespace treeroll
+
+int main(int argc, char** argv) { return treeroll::learner_main(argc, argv); }

@@ -375,7 +375,7 @@ void LearnerCore::dispatch(TimePoint now, LearnerEffects& effects) {
     worker.acknowledgement_due = false;
   }
   for (protocol::RolloutBatch& batch :
-       pack(std::move(requests), std::move(acknowledgements), settings_.batch_bytes_max)) {
+       pack(std::move(requests), acknowledgements, settings_.batch_bytes_max)) {
     batch.learner_id = settings_.learner_id;
     batch.sequence = ++last_batch_;
     for (const protocol::RolloutRequest& request : batch.rollouts) {

@@ -77,16 +77,15 @@ void WorkerCore::on(const Turn& turn, const Started&) {
 }
 
 void WorkerCore::on(const Turn& turn, const MessageReceived& event) {
-  using namespace protocol;
-  if (const auto* batch = std::get_if<RolloutBatch>(&event.message)) {
+  if (const auto* batch = std::get_if<protocol::RolloutBatch>(&event.message)) {
     receive(turn, *batch);
-  } else if (const auto* task = std::get_if<TaskDefinition>(&event.message)) {
+  } else if (const auto* task = std::get_if<protocol::TaskDefinition>(&event.message)) {
     receive_definition(turn, task->learner_id, {DefinitionKind::kTask, task->task_id},
                        task->content);
-  } else if (const auto* policy = std::get_if<PolicyDefinition>(&event.message)) {
+  } else if (const auto* policy = std::get_if<protocol::PolicyDefinition>(&event.message)) {
     receive_definition(turn, policy->learner_id, {DefinitionKind::kPolicy, policy->policy_id},
                        policy->content);
-  } else if (const auto* status = std::get_if<LearnerStatus>(&event.message)) {
+  } else if (const auto* status = std::get_if<protocol::LearnerStatus>(&event.message)) {
     const auto known = learners_.find(status->learner_id);
     if (known != learners_.end()) known->second.heard = turn.now;
   }
