@@ -3,10 +3,17 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 namespace treeroll {
 namespace {
 
-constexpr Duration kPeriod = std::chrono::seconds(2);
+/// Often at first, once a minute after ten minutes: a study of days fits a screen.
+Duration period(double elapsed_s) {
+  const double seconds = std::clamp(elapsed_s / 10, 2., 60.);
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
+}
+
 constexpr Duration kWarningPeriod = std::chrono::seconds(5);
 
 std::string as_time(double seconds) {
@@ -26,7 +33,7 @@ void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
     last_shown_ = now;
     return;
   }
-  if (now - *last_shown_ < kPeriod) return;
+  if (now - *last_shown_ < period(status.elapsed_s)) return;
   const double rate =
       static_cast<double>(status.num_applied - shown_applied_) / to_seconds(now - *last_shown_);
   rate_ = shown_applied_ == 0 ? rate : rate_ + .3 * (rate - rate_);

@@ -8,7 +8,7 @@
 
 namespace treeroll {
 
-/// Turns learner status messages into lines on standard error, a few a minute: how far the study
+/// Turns learner status messages into lines on standard error, fewer the longer it takes: how far the study
 /// is, how fast it goes and when it will be done; and why, while nothing moves.
 class ProgressLine {
  public:
