@@ -14,6 +14,8 @@ namespace treeroll {
 namespace {
 
 constexpr Duration kStatusPeriod = std::chrono::seconds(1);
+/// How long roll-outs under way are waited for when the learner is asked to stop.
+constexpr Duration kStopGrace = std::chrono::seconds(5);
 /// A worker repeats an unacknowledged answer every 20 ms: what a heartbeat does not list may still
 /// be on its way that long.
 constexpr Duration kAnswerOnItsWay = std::chrono::milliseconds(50);
@@ -36,7 +38,8 @@ LearnerCore::LearnerCore(Study study, LearnerSettings settings)
 }
 
 void LearnerCore::step(TimePoint now, const LearnerEvent& event, LearnerEffects& effects) {
-  if (outcome_ != Outcome::kRunning) return;
+  const bool last_words = std::holds_alternative<learner_event::Synced>(event);
+  if (outcome_ != Outcome::kRunning && !last_words) return;
   std::visit(
       [&](const auto& what) {
         using What = std::decay_t<decltype(what)>;
@@ -46,6 +49,12 @@ void LearnerCore::step(TimePoint now, const LearnerEvent& event, LearnerEffects&
           dispatch(now, effects);
         } else if constexpr (std::is_same_v<What, learner_event::Timer>) {
           on_timer(now, effects);
+        } else if constexpr (std::is_same_v<What, learner_event::Synced>) {
+          on_synced(now, effects);
+        } else if constexpr (std::is_same_v<What, learner_event::Recovered>) {
+          recover(*what.result, now, effects);
+        } else if constexpr (std::is_same_v<What, learner_event::StopRequested>) {
+          on_stop(now, effects);
         } else {
           std::visit(
               [&](const auto& message) {
@@ -70,6 +79,7 @@ TimePoint LearnerCore::next_deadline() const {
   TimePoint next = next_status_;
   if (const auto lease = ledger_.next_deadline()) next = std::min(next, *lease);
   if (const auto silence = workers_.next_silence()) next = std::min(next, *silence);
+  if (stop_at_) next = std::min(next, *stop_at_);
   return next;
 }
 
@@ -91,6 +101,7 @@ void LearnerCore::on_timer(TimePoint now, LearnerEffects& effects) {
     publish_status(now, effects);
     next_status_ = now + kStatusPeriod;
   }
+  finish_if_stopped(now, effects);
   dispatch(now, effects);
 }
 
@@ -101,19 +112,39 @@ void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
   if (!worker) return;
   for (std::size_t i = 0; i < batch.results.size(); ++i) {
     const std::int64_t index = batch.first_index + static_cast<std::int64_t>(i);
-    if (index <= worker->acknowledged) continue;  // a repetition of what was settled
+    if (index <= worker->settled) continue;  // a repetition
     accept(*worker, batch.results[i], now, effects);
     if (outcome_ == Outcome::kFailed) return;
+    worker->settled = index;
   }
-  if (!batch.results.empty()) {
-    const std::int64_t last =
-        batch.first_index + static_cast<std::int64_t>(batch.results.size()) - 1;
-    worker->acknowledged = std::max(worker->acknowledged, last);
-    worker->acknowledgement_due = true;
+  if (!batch.results.empty() && worker->settled == worker->acknowledged) {
+    worker->acknowledgement_due = true;  // it repeats what it need not: our word was lost
   }
-  if (outcome_ == Outcome::kDone) return dispatch(now, effects);  // the last acknowledgement
   worker->free_slots = batch.free_slots;
   reconcile(*worker, batch.last_batch, batch.held, now, now);
+  finish_if_stopped(now, effects);
+}
+
+/// Only what will survive us may be forgotten by those who have it.
+void LearnerCore::on_synced(TimePoint now, LearnerEffects& effects) {
+  for (auto& [id, worker] : workers_.all()) {
+    if (worker.settled == worker.acknowledged) continue;
+    worker.acknowledged = worker.settled;
+    worker.acknowledgement_due = true;
+  }
+  dispatch(now, effects);
+}
+
+void LearnerCore::on_stop(TimePoint now, LearnerEffects& effects) {
+  stop_at_ = now + kStopGrace;
+  finish_if_stopped(now, effects);
+}
+
+void LearnerCore::finish_if_stopped(TimePoint now, LearnerEffects& effects) {
+  if (!stop_at_ || outcome_ != Outcome::kRunning) return;
+  if (ledger_.num_leased() > 0 && now < *stop_at_) return;
+  publish_status(now, effects);
+  outcome_ = Outcome::kStopped;
 }
 
 void LearnerCore::on_message(const protocol::WorkerStatus& status, TimePoint now,
@@ -208,8 +239,10 @@ void LearnerCore::learn_facts(const ContentHash& task_id, const std::string& des
 }
 
 void LearnerCore::dispatch(TimePoint now, LearnerEffects& effects) {
-  const std::vector<Ledger::Assignment> chosen =
-      assign(ledger_, workers_, DispatchFacts{now, rollout_time_s_, &facts_});
+  std::vector<Ledger::Assignment> chosen;
+  if (outcome_ == Outcome::kRunning && !stop_at_) {
+    chosen = assign(ledger_, workers_, DispatchFacts{now, rollout_time_s_, &facts_});
+  }
   std::vector<protocol::RolloutRequest> requests = ledger_.lease(now, chosen);
   std::vector<protocol::Acknowledgement> acknowledgements;
   for (auto& [id, worker] : workers_.all()) {

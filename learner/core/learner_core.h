@@ -10,6 +10,7 @@
 
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
+#include "learner/core/accepted_result.h"
 #include "learner/core/definition_book.h"
 #include "learner/core/ledger.h"
 #include "learner/core/run.h"
@@ -27,9 +28,18 @@ struct Received {
 };
 struct InboxDrained {};  ///< no more messages are waiting: time to answer
 struct Timer {};         ///< next_deadline() has come
+/// The journal has everything that was accepted before this event on stable storage.
+struct Synced {};
+/// A result that an earlier incarnation accepted, in its order; after Started, before all others.
+struct Recovered {
+  const AcceptedResult* result;
+};
+struct StopRequested {};  ///< no more roll-outs; the outcome follows once those under way are in
 }  // namespace learner_event
-using LearnerEvent = std::variant<learner_event::Started, learner_event::Received,
-                                  learner_event::InboxDrained, learner_event::Timer>;
+using LearnerEvent =
+    std::variant<learner_event::Started, learner_event::Received, learner_event::InboxDrained,
+                 learner_event::Timer, learner_event::Synced, learner_event::Recovered,
+                 learner_event::StopRequested>;
 
 /// One line worth a person's time.
 struct LogLine {
@@ -38,8 +48,9 @@ struct LogLine {
   std::string text;
 };
 
-/// What the learner wants done, in this order: send, then log.
+/// What the learner wants done, in this order: to the journal, sent, logged.
 struct LearnerEffects {
+  std::vector<AcceptedResult> accepted;
   std::vector<protocol::Message> send;
   std::vector<LogLine> log;
 };
@@ -57,8 +68,9 @@ class LearnerCore {
  public:
   enum class Outcome {
     kRunning,
-    kDone,    ///< every run has its roll-outs and its final evaluation
-    kFailed,  ///< the study cannot be learnt; failure() says why
+    kDone,     ///< every run has its roll-outs and its final evaluation
+    kStopped,  ///< on request: it can be resumed
+    kFailed,   ///< the study cannot be learnt; failure() says why
   };
 
   /// Precondition: the study has conditions and its numbers are in bounds (learner/app checks).
@@ -81,6 +93,10 @@ class LearnerCore {
   // learner_core.cc: what happens.
   void on_started(TimePoint now, LearnerEffects& effects);
   void on_timer(TimePoint now, LearnerEffects& effects);
+  void on_synced(TimePoint now, LearnerEffects& effects);
+  void on_stop(TimePoint now, LearnerEffects& effects);
+  void finish_if_stopped(TimePoint now, LearnerEffects& effects);
+  void recover(const AcceptedResult& result, TimePoint now, LearnerEffects& effects);
   void on_message(const protocol::RewardBatch& batch, TimePoint now, LearnerEffects& effects);
   void on_message(const protocol::WorkerStatus& status, TimePoint now, LearnerEffects& effects);
   void on_message(const protocol::DefinitionRequest& request, TimePoint now,
@@ -95,8 +111,8 @@ class LearnerCore {
                              const TaskFacts& facts, LearnerEffects& effects);
   void distrust(WorkerEntry& worker, const protocol::RolloutResult& result, const TaskFacts& facts,
                 LearnerEffects& effects);
-  void learn(Run& run, const WorkerEntry& worker, const protocol::RolloutResult& result,
-             TimePoint now, LearnerEffects& effects);
+  void learn(const AcceptedResult& result, int numeric_class, TimePoint now,
+             LearnerEffects& effects);
   void note_timing(WorkerEntry& worker, const protocol::RolloutResult& result,
                    const Ledger::Entry& entry, TimePoint now);
   void reconcile(WorkerEntry& worker, std::int64_t last_batch,
@@ -131,7 +147,8 @@ class LearnerCore {
   std::int64_t last_batch_ = 0;  // sequence of the last message sent
   double rollout_time_s_ = 0;    // running mean over all answers
   int num_done_ = 0;
-  std::int64_t num_rollouts_ = 0;  // of all runs
+  std::int64_t num_rollouts_ = 0;     // of all runs
+  std::optional<TimePoint> stop_at_;  // stopping, no later than this
   TimePoint started_at_;
   TimePoint next_status_;
   TimePoint last_progress_;     // a result was accepted

@@ -12,6 +12,8 @@ namespace treeroll {
 namespace {
 
 constexpr double kTimingWeight = .1;
+/// Of a result whose worker was another incarnation's: it compares with nothing.
+constexpr int kUnknownClass = -1;
 
 }  // namespace
 
@@ -42,10 +44,25 @@ void LearnerCore::accept(WorkerEntry& worker, const protocol::RolloutResult& res
     if (WorkerEntry* holder = workers_.find(entry.lease->worker)) holder->leases.erase(key);
   }
   ++worker.num_accepted;
-  if (!ok && key.number >= 0) ++ledger_.counters.failed;
   last_progress_ = now;
-  changed_runs_.insert(key.run);
-  learn(runs_[key.run], worker, result, now, effects);
+  const AcceptedResult accepted{key, result.content, ok ? result.reward : 0, result.status,
+                                worker.id};
+  effects.accepted.push_back(accepted);
+  learn(accepted, numeric_class(worker.numeric_class), now, effects);
+}
+
+/// What an earlier incarnation accepted is accepted again, if it answers what is asked now.
+void LearnerCore::recover(const AcceptedResult& result, TimePoint now, LearnerEffects& effects) {
+  const Ledger::Entry* open = ledger_.find(result.key);
+  if (!open || open->question.content != result.content) {
+    failure_ = fmt::format("the journal answers run {} roll-out {}, which this study {}",
+                           result.key.run, result.key.number,
+                           open ? "draws with other numbers" : "does not ask for at this place");
+    outcome_ = Outcome::kFailed;
+    return;
+  }
+  ledger_.close(result.key);
+  learn(result, kUnknownClass, now, effects);
 }
 
 const TaskFacts* LearnerCore::facts_of(int run) const {
@@ -86,12 +103,14 @@ void LearnerCore::distrust(WorkerEntry& worker, const protocol::RolloutResult& r
   if (worker.leases.contains(result.key)) take_back(worker, result.key);
 }
 
-void LearnerCore::learn(Run& run, const WorkerEntry& worker, const protocol::RolloutResult& result,
-                        TimePoint now, LearnerEffects& effects) {
-  const double reward = result.status == RolloutStatus::kOk ? result.reward : 0;
+void LearnerCore::learn(const AcceptedResult& result, int numeric_class, TimePoint now,
+                        LearnerEffects& effects) {
+  Run& run = runs_[result.key.run];
+  changed_runs_.insert(result.key.run);
+  if (result.status != RolloutStatus::kOk && result.key.number >= 0) ++ledger_.counters.failed;
   try {
     ledger_.counters.applied +=
-        run.accept(result.key.number, reward, result.status, numeric_class(worker.numeric_class));
+        run.accept(result.key.number, result.reward, result.status, numeric_class);
   } catch (const std::invalid_argument& error) {
     // The mean of a layer that was left makes no mixture: the noise has driven it past all bounds.
     failure_ = fmt::format("run {} cannot go on after roll-out {}: {}", run.index(),

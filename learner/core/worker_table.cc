@@ -33,6 +33,7 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
       // It was only silent: what it has done and what has been acknowledged still hold.
       entry.first_heard = left->second.first_heard;
       entry.num_accepted = left->second.num_accepted;
+      entry.settled = left->second.settled;
       entry.acknowledged = left->second.acknowledged;
       entry.distrusted = left->second.distrusted;
       left_.erase(left);

@@ -32,7 +32,8 @@ struct WorkerEntry {
   std::map<ContentHash, std::string> refused;
   /// From issue to answer, running mean; nothing before the first answer.
   std::optional<double> answer_time_s;
-  std::int64_t acknowledged = 0;  ///< highest result index accepted or refused for good
+  std::int64_t settled = 0;       ///< highest result index accepted or refused for good
+  std::int64_t acknowledged = 0;  ///< the same, and on stable storage
   bool acknowledgement_due = false;
   std::int64_t num_accepted = 0;
 

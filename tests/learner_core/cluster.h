@@ -67,6 +67,10 @@ class Cluster {
   }
 
   void start() { step(learner_event::Started{}); }
+  void recover(const std::vector<AcceptedResult>& results) {
+    for (const AcceptedResult& result : results) step(learner_event::Recovered{&result});
+  }
+  void stop() { step(learner_event::StopRequested{}); }
 
   /// Runs until the study is done or `limit` of virtual time has passed; `each` after every event.
   void run(
@@ -86,6 +90,7 @@ class Cluster {
   double loss = 0;  ///< of each message to each receiver
   std::vector<LogLine> log;
   std::vector<protocol::Message> sent;  ///< by the learner
+  std::vector<AcceptedResult> journal;
 
  private:
   /// To the next event: the learner's deadline, a heartbeat or the end of an evaluation. False,
@@ -131,6 +136,10 @@ class Cluster {
   void step(const LearnerEvent& event) {
     LearnerEffects effects;
     core->step(now, event, effects);
+    if (!effects.accepted.empty()) {
+      journal.insert(journal.end(), effects.accepted.begin(), effects.accepted.end());
+      core->step(now, learner_event::Synced{}, effects);
+    }
     log.insert(log.end(), effects.log.begin(), effects.log.end());
     for (const protocol::Message& message : effects.send) {
       sent.push_back(message);

@@ -288,6 +288,71 @@ TEST(LearnerCoreTest, AcknowledgesTheLastAnswerOfAStudyToo) {
   EXPECT_EQ(last->acknowledgements[0].result_index, 8);  // 7 roll-outs and the evaluation
 }
 
+TEST(LearnerCoreTest, ResumesFromAnyPlaceOfItsJournalToTheSameRewards) {
+  for (const bool in_sequence : {true, false}) {
+    Study study = small_study(30, 2, 3);
+    study.in_sequence = in_sequence;
+    Cluster whole(study);
+    whole.add_worker(1, milliseconds(5));
+    whole.add_worker(2, milliseconds(13));
+    whole.start();
+    whole.run(seconds(100));
+    ASSERT_EQ(whole.core->outcome(), LearnerCore::Outcome::kDone);
+    ASSERT_EQ(whole.journal.size(), 62U);
+    for (std::size_t kept = 0; kept <= whole.journal.size(); ++kept) {
+      Cluster resumed(study);
+      resumed.add_worker(3);
+      resumed.start();
+      resumed.recover(
+          {whole.journal.begin(), whole.journal.begin() + static_cast<std::ptrdiff_t>(kept)});
+      resumed.run(seconds(100));
+      ASSERT_EQ(resumed.core->outcome(), LearnerCore::Outcome::kDone);
+      EXPECT_EQ(resumed.core->counters().applied, 60);
+      EXPECT_EQ(resumed.journal.size(), 62 - kept);
+      if (!in_sequence) continue;
+      EXPECT_EQ(rewards_of(*resumed.core), rewards_of(*whole.core)) << kept;
+    }
+  }
+}
+
+TEST(LearnerCoreTest, RefusesAJournalOfAnotherStudy) {
+  Cluster one(small_study(10, 1));
+  one.add_worker(1);
+  one.start();
+  one.run(seconds(100));
+  Study other = small_study(10, 1);
+  other.seed = 6;
+  Cluster resumed(other);
+  resumed.start();
+  resumed.recover(one.journal);
+  EXPECT_EQ(resumed.core->outcome(), LearnerCore::Outcome::kFailed);
+  EXPECT_THAT(resumed.core->failure(), HasSubstr("draws with other numbers"));
+}
+
+TEST(LearnerCoreTest, StopsOnceWhatIsUnderWayIsInAndNoLaterThanItsGrace) {
+  Cluster prompt(small_study(100, 2));
+  prompt.add_worker(1);
+  prompt.start();
+  prompt.run(milliseconds(105));
+  prompt.stop();
+  const auto requests = prompt.workers[0]->num_requests;
+  prompt.run(seconds(10));
+  EXPECT_EQ(prompt.core->outcome(), LearnerCore::Outcome::kStopped);
+  EXPECT_EQ(prompt.workers[0]->num_requests, requests);
+  EXPECT_FALSE(prompt.workers[0]->has_work());
+  EXPECT_EQ(prompt.core->counters().applied, requests);
+
+  Cluster stuck(small_study(100, 2));
+  stuck.add_worker(1, seconds(1000));
+  stuck.start();
+  stuck.run(seconds(1));
+  stuck.stop();
+  stuck.run(seconds(4));
+  EXPECT_EQ(stuck.core->outcome(), LearnerCore::Outcome::kRunning);
+  stuck.run(seconds(2));
+  EXPECT_EQ(stuck.core->outcome(), LearnerCore::Outcome::kStopped);
+}
+
 TEST(LearnerCoreTest, PublishesADefinitionAgainForAWorkerThatLacksIt) {
   Cluster cluster(small_study(20, 1));
   cluster.start();  // both definitions go out before any worker is there

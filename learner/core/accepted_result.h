@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/base/rollout_status.h"
+#include "common/protocol/messages.h"
+
+namespace treeroll {
+
+/// A result the learner has accepted: with the study, all that its state depends on.
+struct AcceptedResult {
+  protocol::RolloutKey key;
+  std::int64_t content = 0;  ///< of the question: a fold recomputes and compares it
+  double reward = 0;         ///< 0 unless the status is ok
+  RolloutStatus status = RolloutStatus::kOk;
+  protocol::WorkerId worker_id = 0;
+  bool operator==(const AcceptedResult&) const = default;
+};
+
+}  // namespace treeroll

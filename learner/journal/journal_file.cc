@@ -1,0 +1,153 @@
+#include "learner/journal/journal_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+#include <utility>
+
+namespace treeroll {
+namespace {
+
+constexpr std::size_t kBlockBytes = 1U << 20U;
+
+/// A window over a file that is read once from start to end.
+class Window {
+ public:
+  explicit Window(std::ifstream& file) : file_(file) {}
+
+  /// What is left from here on: at least `size` bytes unless the file ends before.
+  std::string_view ahead(std::size_t size) {
+    if (bytes_.size() - place_ < size && file_) {
+      bytes_.erase(0, place_);
+      place_ = 0;
+      const std::size_t before = bytes_.size();
+      bytes_.resize(before + kBlockBytes);
+      file_.read(bytes_.data() + before, static_cast<std::streamsize>(kBlockBytes));
+      bytes_.resize(before + static_cast<std::size_t>(file_.gcount()));
+    }
+    return std::string_view(bytes_).substr(place_);
+  }
+  void skip(std::size_t size) {
+    place_ += size;
+    offset_ += size;
+  }
+  std::uint64_t offset() const { return offset_; }
+
+ private:
+  std::ifstream& file_;
+  std::string bytes_;
+  std::size_t place_ = 0;
+  std::uint64_t offset_ = 0;
+};
+
+/// True if the bytes are a seal but for its check and at most one byte of what every seal shares. A
+/// record torn to the size of a seal differs in two: the length of its data and its kind.
+bool looks_like_a_seal(std::string_view bytes) {
+  constexpr std::size_t kNumberAt = 4;
+  constexpr std::size_t kLengthsAt = 20;
+  constexpr std::size_t kCheckBeforeAt = 45;
+  std::uint64_t check = 0;
+  const std::string seal = frame(JournalSeal{}, 0, 0, 0, check);
+  if (bytes.size() != seal.size()) return false;
+  int differing = 0;
+  for (std::size_t i = 0; i < kCheckBeforeAt; ++i) {
+    const bool shared = i < kNumberAt || i >= kLengthsAt;
+    if (shared && bytes[i] != seal[i]) ++differing;
+  }
+  return differing <= 1;
+}
+
+}  // namespace
+
+Result<JournalTail> read_journal(const std::filesystem::path& path,
+                                 const std::function<void(const JournalRecord&)>& on_record) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return Error{fmt::format("{}: {}", path.string(), std::strerror(errno))};
+  const auto damaged = [&path](std::int64_t record, std::uint64_t offset, const std::string& what) {
+    return Error{fmt::format("{}: record {} at byte {}: {}", path.string(), record, offset, what)};
+  };
+  Window window(file);
+  JournalTail tail;
+  while (!window.ahead(kJournalRecordBytesMax).empty()) {
+    Result<FramedRecord> framed = unframe(window.ahead(kJournalRecordBytesMax));
+    if (!framed) {
+      const std::uint64_t offset = window.offset();
+      if (looks_like_a_seal(window.ahead(kJournalRecordBytesMax))) {
+        return damaged(tail.num_records, offset, "a seal that does not verify");
+      }
+      for (; !window.ahead(kJournalRecordBytesMax).empty(); window.skip(1)) {
+        if (!unframe(window.ahead(kJournalRecordBytesMax))) continue;
+        return damaged(tail.num_records, offset,
+                       fmt::format("{}; it is damaged, for a valid record follows at byte {}",
+                                   framed.error().message, window.offset()));
+      }
+      tail.torn_bytes = window.offset() - offset;
+      break;
+    }
+    if (framed->number != tail.num_records || framed->check_before != tail.last_check) {
+      return damaged(tail.num_records, window.offset(), "it does not follow the record before it");
+    }
+    on_record(framed->record);
+    ++tail.num_records;
+    tail.last_check = framed->check;
+    tail.sealed = std::holds_alternative<JournalSeal>(framed->record);
+    window.skip(framed->size);
+    tail.intact_bytes = window.offset();
+  }
+  if (file.bad()) return Error{fmt::format("{}: it cannot be read to its end", path.string())};
+  return tail;
+}
+
+JournalWriter::JournalWriter(std::filesystem::path path, const JournalTail& tail)
+    : path_(std::move(path)), next_number_(tail.num_records), last_check_(tail.last_check) {
+  descriptor_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  if (descriptor_ < 0) fail("open");
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) fail("lock");
+    close(descriptor_);
+    throw std::runtime_error(fmt::format("{}: another learner is writing it", path_.string()));
+  }
+  if (ftruncate(descriptor_, static_cast<off_t>(tail.intact_bytes)) != 0) fail("cut");
+  if (lseek(descriptor_, 0, SEEK_END) < 0) fail("seek");
+}
+
+JournalWriter::~JournalWriter() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+void JournalWriter::fail(const char* action) const {
+  throw std::runtime_error(
+      fmt::format("{}: cannot {} the journal: {}", path_.string(), action, std::strerror(errno)));
+}
+
+void JournalWriter::append(const JournalRecord& record, std::int64_t wall_time_us) {
+  buffer_ += frame(record, next_number_++, wall_time_us, last_check_, last_check_);
+}
+
+void JournalWriter::flush() {
+  std::size_t written = 0;
+  while (written < buffer_.size()) {
+    const ssize_t size = write(descriptor_, buffer_.data() + written, buffer_.size() - written);
+    if (size < 0 && errno == EINTR) continue;
+    if (size <= 0) fail("write");
+    written += static_cast<std::size_t>(size);
+    has_unsynced_ = true;
+  }
+  buffer_.clear();
+}
+
+void JournalWriter::sync() {
+  flush();
+  if (!has_unsynced_) return;
+  if (fdatasync(descriptor_) != 0) fail("sync");
+  has_unsynced_ = false;
+}
+
+}  // namespace treeroll

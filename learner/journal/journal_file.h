@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "learner/journal/journal_record.h"
+
+namespace treeroll {
+
+/// What reading a journal has found.
+struct JournalTail {
+  std::int64_t num_records = 0;  ///< intact ones
+  std::uint64_t last_check = 0;  ///< of the last of them
+  std::uint64_t intact_bytes = 0;
+  std::uint64_t torn_bytes = 0;  ///< behind them, no valid record among them
+  bool sealed = false;           ///< the last record is a seal
+};
+
+/// Reads a journal from its start and gives each record to `on_record`.
+/// What a crash leaves, a tail without any valid record in it, is reported in the result. Damage
+/// with valid records behind it, a seal that does not verify, records out of order, are errors that
+/// name file, record and offset. Whatever `on_record` throws passes through.
+Result<JournalTail> read_journal(const std::filesystem::path& path,
+                                 const std::function<void(const JournalRecord&)>& on_record);
+
+/// Appends records. write(2) at each flush, so that nothing waits in this process; sync() makes
+/// them last. Every failing call throws std::runtime_error with path and reason: a learner that
+/// cannot write must stop. One thread.
+class JournalWriter {
+ public:
+  /// Opens (or makes) the journal behind its intact part; a torn tail is cut off. Takes a lock that
+  /// the kernel releases when the process ends; throws if another learner holds it.
+  JournalWriter(std::filesystem::path path, const JournalTail& tail);
+  ~JournalWriter();
+  JournalWriter(const JournalWriter&) = delete;
+  JournalWriter& operator=(const JournalWriter&) = delete;
+
+  void append(const JournalRecord& record, std::int64_t wall_time_us);
+  void flush();
+  /// flush() and fdatasync(2).
+  void sync();
+  bool has_unsynced() const { return has_unsynced_; }
+
+ private:
+  [[noreturn]] void fail(const char* action) const;
+
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  std::int64_t next_number_;
+  std::uint64_t last_check_;
+  std::string buffer_;
+  bool has_unsynced_ = false;
+};
+
+}  // namespace treeroll

@@ -1,0 +1,150 @@
+#include "learner/journal/journal_record.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace treeroll {
+namespace {
+
+constexpr std::uint32_t kSyncWord = 0xeda1da01;
+constexpr std::size_t kHeaderBytes = 28;
+constexpr std::size_t kCheckBytes = 8;
+constexpr std::string_view kChannel = kJournalChannel;
+
+enum Kind : std::uint8_t { kStart = 1, kResult = 2, kSeal = 3 };
+
+template <class Integer>
+void put(std::string& bytes, Integer value) {
+  for (int shift = 8 * (static_cast<int>(sizeof value) - 1); shift >= 0; shift -= 8) {
+    bytes.push_back(static_cast<char>(static_cast<std::uint64_t>(value) >> shift));
+  }
+}
+
+/// Reads big-endian integers in turn. Precondition of each: enough bytes are left.
+class Cursor {
+ public:
+  explicit Cursor(std::string_view bytes) : bytes_(bytes) {}
+
+  template <class Integer>
+  Integer take() {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < sizeof(Integer); ++i) {
+      value = value << 8U | static_cast<std::uint8_t>(bytes_[place_++]);
+    }
+    return static_cast<Integer>(value);
+  }
+  std::string_view take_bytes(std::size_t size) {
+    place_ += size;
+    return bytes_.substr(place_ - size, size);
+  }
+  std::size_t left() const { return bytes_.size() - place_; }
+
+ private:
+  std::string_view bytes_;
+  std::size_t place_ = 0;
+};
+
+std::uint64_t check_of(std::string_view bytes) {
+  return static_cast<std::uint64_t>(short_form(content_hash(bytes)));
+}
+
+std::string payload_of(const JournalRecord& record) {
+  std::string bytes;
+  if (const auto* start = std::get_if<JournalStart>(&record)) {
+    put(bytes, static_cast<std::uint8_t>(kStart));
+    put(bytes, start->algorithm_version);
+    bytes.append(reinterpret_cast<const char*>(start->study_id.bytes.data()),
+                 start->study_id.bytes.size());
+    put(bytes, start->learner_id);
+  } else if (const auto* result = std::get_if<AcceptedResult>(&record)) {
+    put(bytes, static_cast<std::uint8_t>(kResult));
+    put(bytes, result->key.run);
+    put(bytes, result->key.number);
+    put(bytes, result->content);
+    put(bytes, std::bit_cast<std::uint64_t>(result->reward));
+    put(bytes, static_cast<std::uint8_t>(result->status));
+    put(bytes, result->worker_id);
+  } else {
+    put(bytes, static_cast<std::uint8_t>(kSeal));
+  }
+  return bytes;
+}
+
+Result<JournalRecord> record_of(std::string_view payload) {
+  Cursor cursor(payload);
+  const auto kind = cursor.take<std::uint8_t>();
+  if (kind == kStart && cursor.left() == 28) {
+    JournalStart start;
+    start.algorithm_version = cursor.take<std::uint32_t>();
+    std::memcpy(start.study_id.bytes.data(), cursor.take_bytes(16).data(), 16);
+    start.learner_id = cursor.take<std::int64_t>();
+    return JournalRecord(start);
+  }
+  if (kind == kResult && cursor.left() == 33) {
+    AcceptedResult result;
+    result.key.run = cursor.take<std::int32_t>();
+    result.key.number = cursor.take<std::int32_t>();
+    result.content = cursor.take<std::int64_t>();
+    result.reward = std::bit_cast<double>(cursor.take<std::uint64_t>());
+    const auto status = cursor.take<std::uint8_t>();
+    result.worker_id = cursor.take<std::int64_t>();
+    if (status >= kNumRolloutStatuses) return Error{fmt::format("status {} is unknown", status)};
+    if (!std::isfinite(result.reward)) return Error{"the reward is not finite"};
+    result.status = static_cast<RolloutStatus>(status);
+    return JournalRecord(result);
+  }
+  if (kind == kSeal && cursor.left() == 0) return JournalRecord(JournalSeal{});
+  return Error{fmt::format("a record of kind {} cannot have {} bytes", kind, payload.size())};
+}
+
+}  // namespace
+
+std::string frame(const JournalRecord& record, std::int64_t number, std::int64_t wall_time_us,
+                  std::uint64_t check_before, std::uint64_t& check) {
+  const std::string payload = payload_of(record);
+  std::string bytes;
+  put(bytes, kSyncWord);
+  put(bytes, number);
+  put(bytes, wall_time_us);
+  put(bytes, static_cast<std::uint32_t>(kChannel.size()));
+  put(bytes, static_cast<std::uint32_t>(payload.size() + 2 * kCheckBytes));
+  bytes += kChannel;
+  bytes += payload;
+  put(bytes, check_before);
+  check = check_of(bytes);
+  put(bytes, check);
+  return bytes;
+}
+
+Result<FramedRecord> unframe(std::string_view bytes) {
+  if (bytes.size() < kHeaderBytes) return Error{"the file ends inside a record's header"};
+  Cursor cursor(bytes);
+  if (cursor.take<std::uint32_t>() != kSyncWord) return Error{"no record begins here"};
+  FramedRecord framed;
+  framed.number = cursor.take<std::int64_t>();
+  cursor.take<std::int64_t>();
+  const std::size_t channel_size = cursor.take<std::uint32_t>();
+  const std::size_t data_size = cursor.take<std::uint32_t>();
+  framed.size = kHeaderBytes + channel_size + data_size;
+  if (channel_size != kChannel.size() || data_size < 1 + 2 * kCheckBytes ||
+      framed.size > kJournalRecordBytesMax) {
+    return Error{"the lengths are not those of a record"};
+  }
+  if (bytes.size() < framed.size) return Error{"the file ends inside a record"};
+  if (cursor.take_bytes(channel_size) != kChannel) return Error{"the channel is another one"};
+  const std::string_view payload = cursor.take_bytes(data_size - 2 * kCheckBytes);
+  framed.check_before = cursor.take<std::uint64_t>();
+  framed.check = cursor.take<std::uint64_t>();
+  if (framed.check != check_of(bytes.substr(0, framed.size - kCheckBytes))) {
+    return Error{"its check does not fit its bytes"};
+  }
+  Result<JournalRecord> record = record_of(payload);
+  if (!record) return record.error();
+  framed.record = *record;
+  return framed;
+}
+
+}  // namespace treeroll

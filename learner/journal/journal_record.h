@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+
+#include "common/base/content_hash.h"
+#include "common/base/result.h"
+#include "learner/core/accepted_result.h"
+
+namespace treeroll {
+
+/// What the journal says, record by record.
+
+/// A learner has begun to write, the first or after an interruption.
+struct JournalStart {
+  std::uint32_t algorithm_version = 0;  ///< of drawing and updating: another one gives other bits
+  ContentHash study_id;                 ///< of the resolved study's text
+  std::int64_t learner_id = 0;
+  bool operator==(const JournalStart&) const = default;
+};
+
+/// A clean end: everything before it is as it was meant.
+struct JournalSeal {
+  bool operator==(const JournalSeal&) const = default;
+};
+
+using JournalRecord = std::variant<JournalStart, AcceptedResult, JournalSeal>;
+
+/// A record as an event of LCM's log format, on channel kJournalChannel:
+///
+///   offset  size  big-endian, as LCM writes its logs
+///        0     4  sync word 0xeda1da01
+///        4     8  number of the record: 0, 1, ...
+///       12     8  wall time, us since 1970
+///       20     4  length of the channel, 16
+///       24     4  length of the data
+///       28    16  "TREEROLL_JOURNAL"
+///       44     1  kind: 1 start, 2 result, 3 seal
+///       45        start:  version 4, study 16, learner 8
+///                 result: run 4, number 4, content 8, reward 8 (IEEE 754), status 1, worker 8
+///      -16     8  check of the record before it, 0 for the first
+///       -8     8  check of this record: the first 8 bytes of the BLAKE2b hash (128 bits) of all of
+///                 it up to here, so that each verifies alone and the order is fixed
+inline constexpr const char* kJournalChannel = "TREEROLL_JOURNAL";
+inline constexpr std::size_t kJournalRecordBytesMax = 28 + 16 + 1 + 33 + 16;
+
+struct FramedRecord {
+  JournalRecord record;
+  std::int64_t number = 0;
+  std::uint64_t check_before = 0;
+  std::uint64_t check = 0;
+  std::size_t size = 0;  ///< bytes of the event
+};
+
+/// @return the bytes; `check` receives the record's check, for the next one
+std::string frame(const JournalRecord& record, std::int64_t number, std::int64_t wall_time_us,
+                  std::uint64_t check_before, std::uint64_t& check);
+
+/// Reads the event at the start of `bytes`, which may hold more or less than one. An error says
+/// what is wrong with it; nothing of it may be used then.
+Result<FramedRecord> unframe(std::string_view bytes);
+
+}  // namespace treeroll
