@@ -62,7 +62,8 @@ Result<pid_t> launch(const std::string& program, const std::vector<std::string>&
   const pid_t child = fork();
   if (child < 0) return Error{fmt::format("cannot fork: {}", std::strerror(errno))};
   if (child > 0) return child;
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (standard_input < 0) setpgid(0, 0);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(kCannotStart);  // it died before the line above
   if (standard_input >= 0) dup2(standard_input, STDIN_FILENO);
   if (standard_output >= 0) dup2(standard_output, STDOUT_FILENO);

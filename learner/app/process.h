@@ -24,7 +24,8 @@ Result<ProgramOutput> run_program(const std::filesystem::path& program,
                                   const std::vector<std::string>& arguments,
                                   const std::string& input, std::chrono::seconds limit);
 
-/// Starts a program that ends with this process (SIGTERM when it dies, however it dies). Call it
+/// Starts a program that ends with this process (SIGKILL when it dies, however it dies), in a
+/// process group of its own: what a terminal sends to ours (Ctrl-C) is ours to pass on. Call it
 /// from the main thread: the kernel ties the signal to the thread.
 Result<pid_t> start_child(const std::filesystem::path& program,
                           const std::vector<std::string>& arguments);

@@ -25,7 +25,10 @@ using nlohmann::json;
 
 constexpr std::int64_t kRunsMax = 100'000;
 constexpr std::int64_t kRolloutsMax = 100'000'000;
-constexpr std::int64_t kRolloutsTotalMax = 1'000'000'000;
+/// What is kept of each until the end is 24 bytes.
+constexpr std::int64_t kRolloutsTotalMax = 100'000'000;
+/// Drawn and not answered, of all runs together.
+constexpr std::int64_t kInFlightTotalMax = 1'000'000;
 constexpr std::int64_t kInFlightMax = 100'000;
 constexpr std::size_t kStudyNameBytesMax = 64;
 
@@ -153,7 +156,7 @@ class StudyBuilder {
   Condition read(const std::string& name, const json& settings) {
     json study_table;
     const Budget budget = read_study_table(settings.at("study"), loaded_.study, study_table);
-    check_totals(budget.num_rollouts);
+    check_totals(budget);
     std::string task_content = read_task(settings.at("task"));
     const ResolvedPolicy& policy = policies_.get(settings.at("policy"));
     json exploration_table;
@@ -186,7 +189,7 @@ class StudyBuilder {
                                   kStudyBytesMax));
   }
 
-  void check_totals(std::int64_t num_rollouts) {
+  void check_totals(Budget budget) {
     const std::int64_t repetitions = loaded_.study.repetitions;
     const auto num_conditions = static_cast<std::int64_t>(document_.num_conditions());
     if (num_conditions * repetitions > kRunsMax) {
@@ -194,10 +197,17 @@ class StudyBuilder {
                         fmt::format("{} conditions times {} repetitions: must be at most {} runs",
                                     num_conditions, repetitions, kRunsMax));
     }
-    num_rollouts_ += num_rollouts * repetitions;
+    in_flight_ += std::min(budget.num_rollouts, budget.in_flight) * repetitions;
+    if (in_flight_ > kInFlightTotalMax) {
+      throw ConfigError(
+          "study.in_flight", std::to_string(budget.in_flight),
+          fmt::format("the roll-outs in flight of all runs must be at most {} together",
+                      kInFlightTotalMax));
+    }
+    num_rollouts_ += budget.num_rollouts * repetitions;
     if (num_rollouts_ > kRolloutsTotalMax) {
       throw ConfigError(
-          "study.rollouts", std::to_string(num_rollouts),
+          "study.rollouts", std::to_string(budget.num_rollouts),
           fmt::format("the roll-outs of all runs must be at most {} together", kRolloutsTotalMax));
     }
   }
@@ -208,6 +218,7 @@ class StudyBuilder {
   json study_table_;
   std::string conditions_toml_;
   std::int64_t num_rollouts_ = 0;
+  std::int64_t in_flight_ = 0;
 };
 
 }  // namespace

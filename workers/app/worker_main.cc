@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "common/base/config_error.h"
+#include "common/protocol/limits.h"
 #include "common/transport/bus.h"
 #include "workers/app/evaluator.h"
 #include "workers/app/host_facts.h"
@@ -20,8 +21,6 @@
 
 namespace treeroll {
 namespace {
-
-constexpr int kProcessesMax = 1024;
 
 struct Options {
   std::string processes;
@@ -34,14 +33,17 @@ struct Options {
 
 int read_processes(const std::string& text) {
   if (text.empty()) {
-    return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kProcessesMax);
+    return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1,
+                      protocol::kEvaluatorsPerWorkerMax);
   }
   int number = 0;
   const char* end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(text.data(), end, number);
-  if (error != std::errc() || rest != end || number < 1 || number > kProcessesMax) {
-    throw ConfigError("--processes", text,
-                      "must be an integer from 1 to " + std::to_string(kProcessesMax));
+  if (error != std::errc() || rest != end || number < 1 ||
+      number > protocol::kEvaluatorsPerWorkerMax) {
+    throw ConfigError(
+        "--processes", text,
+        "must be an integer from 1 to " + std::to_string(protocol::kEvaluatorsPerWorkerMax));
   }
   return number;
 }
