@@ -9,6 +9,7 @@
 #include "common/policy/gmr.h"
 #include "workers/app/worker_main.h"
 #include "workers/tasks/task.h"
+#include "workers/tasks/trace.h"
 
 namespace {
 
@@ -29,18 +30,14 @@ class PendulumTask : public treeroll::Task {
   }
 
   treeroll::Evaluation evaluate(const treeroll::Gmm& policy, std::uint64_t /*seed*/) override {
-    const treeroll::Gmr gmr(policy);
-    State state;
-    double cost_min = cost(state);
-    for (int n = 0; n < duration_s_ / kStepS; ++n) {
-      const double cart_acceleration_mps2 = gmr.regress(n * kStepS);
-      advance(state, cart_acceleration_mps2);
-      // Tells the learner that this was no roll-out of the pendulum, whatever it looked like
-      // before.
-      if (!(cost(state) < kCostMax)) return {.status = treeroll::RolloutStatus::kDiverged};
-      cost_min = std::min(cost_min, cost(state));
-    }
-    return {.reward = treeroll::elementary::exp(-cost_min)};
+    return roll_out(policy, nullptr);
+  }
+
+  /// For `treeroll-evaluate --trace`; a task may do without.
+  treeroll::Evaluation evaluate_traced(const treeroll::Gmm& policy, std::uint64_t /*seed*/,
+                                       treeroll::Trace& trace) override {
+    trace.set_columns({"time_s", "angle_rad", "cart_m", "cart_acceleration_mps2", "cost"});
+    return roll_out(policy, &trace);
   }
 
  private:
@@ -53,6 +50,24 @@ class PendulumTask : public treeroll::Task {
     double cart = 0;  ///< from the middle of the track, in m
     double cart_rate = 0;
   };
+
+  treeroll::Evaluation roll_out(const treeroll::Gmm& policy, treeroll::Trace* trace) {
+    const treeroll::Gmr gmr(policy);
+    State state;
+    double cost_min = std::numeric_limits<double>::infinity();
+    for (int n = 0; n < duration_s_ / kStepS; ++n) {
+      // Tells the learner that this was no pendulum any more, however well it had begun.
+      if (!(cost(state) < kCostMax)) return {.status = treeroll::RolloutStatus::kDiverged};
+      cost_min = std::min(cost_min, cost(state));
+      const double time_s = n * kStepS;
+      const double cart_acceleration_mps2 = gmr.regress(time_s);
+      if (trace != nullptr) {
+        trace->add_row({time_s, state.angle, state.cart, cart_acceleration_mps2, cost(state)});
+      }
+      advance(state, cart_acceleration_mps2);
+    }
+    return {.reward = treeroll::elementary::exp(-cost_min)};
+  }
 
   static double cost(const State& s) {
     return .25 * s.angle * s.angle + .02 * s.angle_rate * s.angle_rate + .5 * s.cart * s.cart +

@@ -8,16 +8,12 @@
 #include "common/base/config_error.h"
 #include "common/transport/bus.h"
 #include "learner/app/daemon.h"
+#include "learner/app/process.h"
 #include "learner/app/study_file.h"
 
 namespace {
 
 constexpr int kLocalWorkersMax = 4096;
-
-/// The worker executable that is installed or built beside this one.
-std::filesystem::path worker_beside_us() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "treeroll-worker";
-}
 
 }  // namespace
 
@@ -28,7 +24,7 @@ int main(int argc, char** argv) {
 
   LearnerOptions options;
   std::string lcm_url;
-  options.worker_program = worker_beside_us();
+  options.worker_program = program_beside_us("treeroll-worker");
   CLI::App app{"Learns the runs of a study with every worker on the LCM bus."};
   app.set_version_flag("--version", TREEROLL_VERSION);
   app.add_option("STUDY", options.study_file, "Study file (TOML)")->required();

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -17,14 +16,16 @@ using nlohmann::json;
 
 constexpr std::chrono::seconds kLimit{30};
 
-/// Nothing if the executable does not know the task's name.
-std::optional<TaskFacts> ask(const std::string& content, const std::filesystem::path& program) {
-  Result<ProgramOutput> answer = run_program(program, {"--describe-task"}, content, kLimit);
+}  // namespace
+
+std::optional<TaskFacts> describe_task(const std::string& content,
+                                       const std::filesystem::path& worker_program) {
+  Result<ProgramOutput> answer = run_program(worker_program, {"--describe-task"}, content, kLimit);
   if (!answer) throw std::runtime_error("cannot ask about the task: " + answer.error().message);
   const json said = json::parse(answer->output, nullptr, /*allow_exceptions=*/false);
   const std::string unusable =
       fmt::format("{} --describe-task ended with status {} and said nothing that can be read",
-                  program.string(), answer->exit_status);
+                  worker_program.string(), answer->exit_status);
   if (!said.is_object()) throw std::runtime_error(unusable);
   if (const auto error = said.find("error"); error != said.end()) {
     if (!error->is_object()) throw std::runtime_error(unusable);
@@ -38,8 +39,6 @@ std::optional<TaskFacts> ask(const std::string& content, const std::filesystem::
   return *facts;
 }
 
-}  // namespace
-
 std::map<std::string, TaskFacts> survey_tasks(const LoadedStudy& loaded,
                                               const std::filesystem::path& worker_program) {
   std::map<std::string, TaskFacts> known;
@@ -48,7 +47,7 @@ std::map<std::string, TaskFacts> survey_tasks(const LoadedStudy& loaded,
     const std::string& content = loaded.study.conditions[c].task_content;
     if (asked.insert(content).second) {
       try {
-        if (const std::optional<TaskFacts> facts = ask(content, worker_program)) {
+        if (const std::optional<TaskFacts> facts = describe_task(content, worker_program)) {
           known[content] = *facts;
         }
       } catch (const ConfigError& error) {

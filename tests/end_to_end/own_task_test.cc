@@ -61,6 +61,19 @@ TEST_F(OwnTaskTest, IsBuiltAgainstTheInstalledPackageAndLearnt) {
   EXPECT_LT(std::stod(first[1]), .7) << "nothing was left to learn";
   EXPECT_GT(learnt.summary["conditions"][0]["median_best_reward"], .95) << learnt.summary;
 
+  const fs::path trace = service_.directory() / "pendulum.csv";
+  Daemon evaluate((prefix_ / "bin/treeroll-evaluate").string(),
+                  {(service_.directory() / "state/policies/flat-0.json").string(),
+                   (example_ / "pendulum.toml").string(), "--worker-program", worker, "--json",
+                   "--trace", trace.string()},
+                  service_.directory());
+  EXPECT_EQ(evaluate.wait(seconds(30)), 0) << evaluate.standard_error();
+  const nlohmann::json evaluated = nlohmann::json::parse(evaluate.standard_output());
+  const std::string reward = learnt.runs_csv.substr(learnt.runs_csv.find("\nflat,0,0,200,") + 14);
+  EXPECT_EQ(evaluated["reward"], std::stod(reward)) << learnt.runs_csv;
+  EXPECT_THAT(read_file(trace),
+              HasSubstr("time_s,angle_rad,cart_m,cart_acceleration_mps2,cost\n0,-3.14159"));
+
   // Its settings are checked before anything starts.
   const auto refused =
       learner("refused", {"--worker-program", worker, "--set", "task.length_m=-1"});
