@@ -10,7 +10,6 @@
 #include <stdexcept>
 
 #include "common/base/config_error.h"
-#include "common/protocol/limits.h"
 #include "common/transport/bus.h"
 #include "common/transport/loop.h"
 #include "learner/app/local_worker.h"
@@ -58,8 +57,7 @@ class LearnerDaemon {
     Result<std::unique_ptr<transport::Bus>> opened = open_bus(loop_, std::move(bus));
     if (!opened) throw ConfigError("--lcm-url", options.lcm_url, opened.error().message);
     bus_ = std::move(*opened);
-    settings_.batch_bytes_max =
-        bus_->crosses_hosts() ? protocol::kBatchBytesRemoteMax : protocol::kBatchBytesLocalMax;
+    settings_.batch_bytes_max = bus_->batch_bytes_max();
     core_ = std::make_unique<LearnerCore>(std::move(study), settings_);
   }
 
@@ -103,6 +101,7 @@ class LearnerDaemon {
       bus_->publish(message);
       if (const auto* status = std::get_if<protocol::LearnerStatus>(&message)) {
         progress_.show(*status, now);
+        progress_.show(bus_->statistics());
       }
     }
     for (const LogLine& line : effects.log) log(line);
@@ -125,7 +124,7 @@ class LearnerDaemon {
 
 int run_learner(const LearnerOptions& options) {
   const LoadedStudy loaded = load_study(options.study_file, options.overrides);
-  const std::map<std::string, TaskFacts> facts = survey_tasks(loaded, options.worker_program);
+  const std::map<std::string, TaskFacts> facts = survey_tasks(loaded, options);
   const fs::path directory =
       options.state_dir.empty() ? fs::path("treeroll-runs") / loaded.study.name : options.state_dir;
   check_state_directory(directory);
@@ -135,8 +134,9 @@ int run_learner(const LearnerOptions& options) {
   settings.known_tasks = facts;
   LearnerDaemon daemon(loaded.study, settings, options);
   make_state_directory(directory, loaded.resolved_toml);
-  spdlog::info("study {}: {} conditions x {} repetitions, results go to {}", loaded.study.name,
-               loaded.study.conditions.size(), loaded.study.repetitions, directory.string());
+  spdlog::info("learner {:x}, study {}: {} conditions x {} repetitions, results go to {}",
+               settings.learner_id, loaded.study.name, loaded.study.conditions.size(),
+               loaded.study.repetitions, directory.string());
 
   const TimePoint start = transport::Loop().now();
   const bool done = daemon.run();

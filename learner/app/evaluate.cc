@@ -75,18 +75,6 @@ std::size_t choose_condition(const Study& study, const std::string& name) {
   return 0;
 }
 
-TaskFacts describe(const LoadedStudy& loaded, std::size_t condition, const fs::path& program) {
-  const std::string& content = loaded.study.conditions[condition].task_content;
-  try {
-    if (const std::optional<TaskFacts> facts = describe_task(content, program)) return *facts;
-  } catch (const ConfigError& error) {
-    throw condition_error(loaded, condition, error);
-  }
-  throw condition_error(loaded, condition,
-                        ConfigError("task.name", json::parse(content)["name"].dump(),
-                                    fmt::format("must be a task that {} knows", program.string())));
-}
-
 void check_dims(const Policy& policy, const TaskFacts& task, const fs::path& file) {
   const Gmm finest = policy.tree.finest();
   if (finest.input_dim() == task.input_dim && finest.output_dim() == task.output_dim) return;
@@ -190,7 +178,13 @@ void evaluate_policy(const EvaluateOptions& options) {
   const LoadedStudy loaded = load_study(options.study_file, options.overrides);
   const std::size_t chosen = choose_condition(loaded.study, options.condition);
   const Condition& condition = loaded.study.conditions[chosen];
-  const TaskFacts task = describe(loaded, chosen, options.worker_program);
+  const TaskFacts task = [&] {
+    try {
+      return describe_task(condition.task_content, options.worker_program);
+    } catch (const ConfigError& error) {
+      throw condition_error(loaded, chosen, error);
+    }
+  }();
   check_dims(file.policy, task, options.policy_file);
 
   const Outcome outcome = ask(options, condition.task_content, task, file.text);

@@ -11,20 +11,17 @@
 #include "learner/app/process.h"
 #include "learner/app/study_file.h"
 
+namespace treeroll {
 namespace {
 
 constexpr int kLocalWorkersMax = 4096;
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  using namespace treeroll;
+int learner_main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("learner"));
-  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  spdlog::set_pattern("%Y-%m-%d %H:%M:%S.%e learner[%P] %^%l%$: %v");
 
   LearnerOptions options;
   std::string lcm_url;
-  options.worker_program = program_beside_us("treeroll-worker");
   CLI::App app{"Learns the runs of a study with every worker on the LCM bus."};
   app.set_version_flag("--version", TREEROLL_VERSION);
   app.add_option("STUDY", options.study_file, "Study file (TOML)")->required();
@@ -35,8 +32,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0, kLocalWorkersMax))
       ->capture_default_str();
   app.add_option("--worker-program", options.worker_program,
-                 "Worker executable that knows the task")
-      ->capture_default_str();
+                 "Worker executable that knows the task [treeroll-worker beside this one]");
   app.add_option("--lcm-url", lcm_url,
                  "LCM URL [LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0]");
   app.add_option("--set", options.overrides, "KEY=VALUE overrides a key of the study, TOML value")
@@ -49,6 +45,10 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kExitDone : kExitBadInput;
   }
   options.lcm_url = transport::resolve_url(lcm_url);
+  options.needs_worker_program = options.local_workers > 0 || !options.worker_program.empty();
+  if (options.worker_program.empty()) {
+    options.worker_program = program_beside_us("treeroll-worker");
+  }
 
   try {
     return run_learner(options);
@@ -63,3 +63,8 @@ int main(int argc, char** argv) {
     return kExitOther;
   }
 }
+
+}  // namespace
+}  // namespace treeroll
+
+int main(int argc, char** argv) { return treeroll::learner_main(argc, argv); }

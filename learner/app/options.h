@@ -14,8 +14,9 @@ struct LearnerOptions {
   std::filesystem::path state_dir;     ///< empty: treeroll-runs/NAME
   int local_workers = 0;               ///< evaluators of a worker daemon of our own; 0: none
   std::filesystem::path worker_program;
-  std::string lcm_url;  ///< resolved
-  bool json = false;    ///< print the summary as JSON on standard output
+  bool needs_worker_program = false;  ///< else remote workers may describe and evaluate the tasks
+  std::string lcm_url;                ///< resolved
+  bool json = false;                  ///< print the summary as JSON on standard output
 };
 
 }  // namespace treeroll

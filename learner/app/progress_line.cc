@@ -3,10 +3,17 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 namespace treeroll {
 namespace {
 
-constexpr Duration kPeriod = std::chrono::seconds(2);
+/// Often at first, once a minute after ten minutes: a study of days fits a screen.
+Duration period(double elapsed_s) {
+  const double seconds = std::clamp(elapsed_s / 10, 2., 60.);
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
+}
+
 constexpr Duration kWarningPeriod = std::chrono::seconds(5);
 
 std::string as_time(double seconds) {
@@ -26,7 +33,7 @@ void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
     last_shown_ = now;
     return;
   }
-  if (now - *last_shown_ < kPeriod) return;
+  if (now - *last_shown_ < period(status.elapsed_s)) return;
   const double rate =
       static_cast<double>(status.num_applied - shown_applied_) / to_seconds(now - *last_shown_);
   rate_ = shown_applied_ == 0 ? rate : rate_ + .3 * (rate - rate_);
@@ -42,6 +49,17 @@ void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
       100. * static_cast<double>(status.num_applied) / static_cast<double>(status.num_rollouts),
       status.num_runs_done, status.num_runs, status.best_reward, status.num_workers,
       status.num_evaluators, rate_, rate_ > 0 ? as_time(left / rate_) : "an unknown time");
+}
+
+void ProgressLine::show(const transport::BusStatistics& bus) {
+  if (bus.num_rejected > shown_bus_.num_rejected) {
+    spdlog::warn("{} datagrams refused so far, the last: {}", bus.num_rejected, bus.last_rejection);
+  }
+  if (bus.num_unsent > shown_bus_.num_unsent) {
+    spdlog::warn("{} messages not sent so far, the last: {}", bus.num_unsent,
+                 bus.last_publish_error);
+  }
+  shown_bus_ = bus;
 }
 
 }  // namespace treeroll

@@ -4,20 +4,24 @@
 
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
+#include "common/transport/bus.h"
 
 namespace treeroll {
 
-/// Turns learner status messages into lines on standard error, a few a minute: how far the study
-/// is, how fast it goes and when it will be done; and why, while nothing moves.
+/// Turns learner status messages into lines on standard error, fewer the longer it takes: how far
+/// the study is, how fast it goes and when it will be done; and why, while nothing moves.
 class ProgressLine {
  public:
   void show(const protocol::LearnerStatus& status, TimePoint now);
+  /// A warning whenever datagrams were refused or could not be sent since the last call.
+  void show(const transport::BusStatistics& bus);
 
  private:
   std::optional<TimePoint> last_shown_;
   std::optional<TimePoint> last_warned_;
   double rate_ = 0;  // roll-outs per second, running mean
   std::int64_t shown_applied_ = 0;
+  transport::BusStatistics shown_bus_;
 };
 
 }  // namespace treeroll

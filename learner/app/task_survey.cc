@@ -1,7 +1,10 @@
 #include "learner/app/task_survey.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
@@ -18,8 +21,7 @@ constexpr std::chrono::seconds kLimit{30};
 
 }  // namespace
 
-std::optional<TaskFacts> describe_task(const std::string& content,
-                                       const std::filesystem::path& worker_program) {
+TaskFacts describe_task(const std::string& content, const std::filesystem::path& worker_program) {
   Result<ProgramOutput> answer = run_program(worker_program, {"--describe-task"}, content, kLimit);
   if (!answer) throw std::runtime_error("cannot ask about the task: " + answer.error().message);
   const json said = json::parse(answer->output, nullptr, /*allow_exceptions=*/false);
@@ -29,9 +31,8 @@ std::optional<TaskFacts> describe_task(const std::string& content,
   if (!said.is_object()) throw std::runtime_error(unusable);
   if (const auto error = said.find("error"); error != said.end()) {
     if (!error->is_object()) throw std::runtime_error(unusable);
-    const std::string key = error->value("key", "task");
-    if (key == "task.name") return std::nullopt;
-    throw ConfigError(key, error->value("value", ""), error->value("rule", "is refused"));
+    throw ConfigError(error->value("key", "task"), error->value("value", ""),
+                      error->value("rule", "is refused"));
   }
   if (answer->exit_status != 0 || !said.contains("description")) throw std::runtime_error(unusable);
   Result<TaskFacts> facts = task_facts_from_json(said["description"].dump());
@@ -40,17 +41,21 @@ std::optional<TaskFacts> describe_task(const std::string& content,
 }
 
 std::map<std::string, TaskFacts> survey_tasks(const LoadedStudy& loaded,
-                                              const std::filesystem::path& worker_program) {
+                                              const LearnerOptions& options) {
+  if (access(options.worker_program.c_str(), X_OK) != 0) {
+    if (!options.needs_worker_program) return {};
+    throw ConfigError("--worker-program", options.worker_program.string(),
+                      fmt::format("cannot be executed: {}", std::strerror(errno)));
+  }
   std::map<std::string, TaskFacts> known;
   std::set<std::string> asked;
   for (std::size_t c = 0; c < loaded.study.conditions.size(); ++c) {
     const std::string& content = loaded.study.conditions[c].task_content;
     if (asked.insert(content).second) {
       try {
-        if (const std::optional<TaskFacts> facts = describe_task(content, worker_program)) {
-          known[content] = *facts;
-        }
+        known[content] = describe_task(content, options.worker_program);
       } catch (const ConfigError& error) {
+        if (error.key() == "task.name" && !options.needs_worker_program) continue;
         throw condition_error(loaded, c, error);
       }
     }

@@ -2,9 +2,9 @@
 
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 
+#include "learner/app/options.h"
 #include "learner/app/study_file.h"
 #include "learner/core/task_facts.h"
 
@@ -12,19 +12,18 @@ namespace treeroll {
 
 /// Asks a worker executable (`--describe-task`) about a task.
 /// @param content  of the task, Condition::task_content
-/// @return         nothing if the executable does not know the task's name
-/// Throws ConfigError for settings the task refuses, std::runtime_error if the executable cannot
-/// be asked.
-std::optional<TaskFacts> describe_task(const std::string& content,
-                                       const std::filesystem::path& worker_program);
+/// Throws ConfigError for a task it does not know ("task.name") and for settings the task refuses,
+/// std::runtime_error if the executable cannot be asked.
+TaskFacts describe_task(const std::string& content, const std::filesystem::path& worker_program);
 
-/// Asks a worker executable about every task of the study, so that a study is
-/// checked before anything starts. A task whose name the executable does not know is left out:
-/// remote workers may know it, and describe it over the bus.
+/// Asks the worker executable about every task of the study, so that a study is checked before
+/// anything starts. If the executable is not needed on this host, it may be missing or not know a
+/// task: that is left out, and described by remote workers over the bus.
 /// @return by task content
 /// Throws StudyError for settings a task refuses and for a policy with other dimensions than its
-/// task's; std::runtime_error if the executable cannot be asked.
+/// task's; ConfigError if the executable is needed and cannot be run; std::runtime_error if it
+/// answers with what cannot be read.
 std::map<std::string, TaskFacts> survey_tasks(const LoadedStudy& loaded,
-                                              const std::filesystem::path& worker_program);
+                                              const LearnerOptions& options);
 
 }  // namespace treeroll

@@ -20,9 +20,9 @@ std::size_t encoded_bytes(const protocol::RolloutRequest& request) {
   return kRequestOverheadBytes + request.theta.size() * sizeof(double);
 }
 
-std::vector<protocol::RolloutBatch> pack(std::vector<protocol::RolloutRequest> requests,
-                                         std::vector<protocol::Acknowledgement> acknowledgements,
-                                         std::size_t bytes_max) {
+std::vector<protocol::RolloutBatch> pack(
+    std::vector<protocol::RolloutRequest> requests,
+    const std::vector<protocol::Acknowledgement>& acknowledgements, std::size_t bytes_max) {
   std::vector<protocol::RolloutBatch> batches;
   std::size_t bytes = 0;
   const auto make_room = [&](std::size_t more, auto list, int count_max) {

@@ -13,8 +13,8 @@ std::size_t encoded_bytes(const protocol::RolloutRequest& request);
 /// As few messages as hold everything in order, none beyond `bytes_max` unless one roll-out alone
 /// is larger, none past the counts of common/protocol/limits.h. No message if there is nothing.
 /// Learner and sequence are left for the caller to fill in.
-std::vector<protocol::RolloutBatch> pack(std::vector<protocol::RolloutRequest> requests,
-                                         std::vector<protocol::Acknowledgement> acknowledgements,
-                                         std::size_t bytes_max);
+std::vector<protocol::RolloutBatch> pack(
+    std::vector<protocol::RolloutRequest> requests,
+    const std::vector<protocol::Acknowledgement>& acknowledgements, std::size_t bytes_max);
 
 }  // namespace treeroll

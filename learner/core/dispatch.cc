@@ -16,7 +16,7 @@ constexpr Duration kLeaseMax = std::chrono::hours(24);
 /// A worker heard of within two of its slowest heartbeats is alive.
 constexpr Duration kAlive = std::chrono::milliseconds(600);
 /// Roll-outs queued at an evaluator cover this much of the network's delay.
-constexpr double kCoveredDelay_s = 5e-3;
+constexpr double kCoveredDelaySeconds = 5e-3;
 constexpr int kDepthMin = 2;
 constexpr int kDepthMax = 64;
 /// A request in the kernel's receive buffer, with its bookkeeping there.
@@ -80,7 +80,7 @@ class Candidates {
 int window(const WorkerEntry& worker, double rollout_time_s) {
   int depth = kDepthMin;
   if (rollout_time_s > 0) {
-    depth += static_cast<int>(std::min<double>(kDepthMax, kCoveredDelay_s / rollout_time_s));
+    depth += static_cast<int>(std::min<double>(kDepthMax, kCoveredDelaySeconds / rollout_time_s));
   }
   const int wanted = worker.num_evaluators * std::min(depth, kDepthMax);
   const int fits = std::max(worker.num_evaluators, worker.receive_buffer_bytes / 2 / kRequestBytes);

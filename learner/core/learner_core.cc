@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "common/base/check.h"
-#include "common/base/random_stream.h"
 #include "learner/core/batching.h"
 #include "learner/core/dispatch.h"
 
@@ -18,11 +17,6 @@ constexpr Duration kStatusPeriod = std::chrono::seconds(1);
 /// A worker repeats an unacknowledged answer every 20 ms: what a heartbeat does not list may still
 /// be on its way that long.
 constexpr Duration kAnswerOnItsWay = std::chrono::milliseconds(50);
-constexpr double kTimingWeight = .1;
-
-std::string worker_name(const WorkerEntry& worker) {
-  return fmt::format("worker {:x} ({} pid {})", worker.id, worker.host, worker.pid);
-}
 
 }  // namespace
 
@@ -81,10 +75,10 @@ TimePoint LearnerCore::next_deadline() const {
 
 void LearnerCore::on_timer(TimePoint now, LearnerEffects& effects) {
   for (const WorkerEntry& silent : workers_.remove_silent(now)) {
-    effects.log.push_back({LogLine::Level::kWarning,
-                           fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back",
-                                       worker_name(silent), to_seconds(WorkerTable::kSilence),
-                                       silent.leases.size())});
+    effects.log.push_back(
+        {LogLine::Level::kWarning,
+         fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back", describe(silent),
+                     to_seconds(WorkerTable::kSilence), silent.leases.size())});
     for (const protocol::RolloutKey key : silent.leases) ledger_.take_back(key);
   }
   for (const auto& [key, worker] : ledger_.expire(now)) {
@@ -109,6 +103,7 @@ void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
     const std::int64_t index = batch.first_index + static_cast<std::int64_t>(i);
     if (index <= worker->acknowledged) continue;  // a repetition of what was settled
     accept(*worker, batch.results[i], now, effects);
+    if (outcome_ == Outcome::kFailed) return;
   }
   if (!batch.results.empty()) {
     const std::int64_t last =
@@ -136,15 +131,15 @@ void LearnerCore::on_message(const protocol::WorkerStatus& status, TimePoint now
   worker->draining = status.draining;
   if (is_new) {
     effects.log.push_back(
-        {LogLine::Level::kInfo, fmt::format("{} has joined with {} evaluators",
-                                            worker_name(*worker), worker->num_evaluators)});
+        {LogLine::Level::kInfo, fmt::format("{} has joined with {} evaluators", describe(*worker),
+                                            worker->num_evaluators)});
     for (const ContentHash& task_id : task_ids_) {
       if (!facts_.contains(task_id)) publish_task(task_id, now, effects);
     }
   }
   if (starts_draining) {
     effects.log.push_back(
-        {LogLine::Level::kInfo, fmt::format("{} takes no more roll-outs", worker_name(*worker))});
+        {LogLine::Level::kInfo, fmt::format("{} takes no more roll-outs", describe(*worker))});
   }
   const auto held = std::find_if(
       status.held.begin(), status.held.end(),
@@ -178,7 +173,7 @@ void LearnerCore::on_message(const protocol::DefinitionReport& report, TimePoint
   }
   if (!worker->refused.emplace(report.definition_id, report.text).second) return;
   effects.log.push_back(
-      {LogLine::Level::kWarning, fmt::format("{} refuses the {}: {}", worker_name(*worker),
+      {LogLine::Level::kWarning, fmt::format("{} refuses the {}: {}", describe(*worker),
                                              is_task ? "task" : "policy", report.text)});
   const std::set<protocol::RolloutKey> leases = worker->leases;
   for (const protocol::RolloutKey key : leases) {
@@ -212,148 +207,6 @@ void LearnerCore::learn_facts(const ContentHash& task_id, const std::string& des
   facts_[task_id] = *facts;
 }
 
-void LearnerCore::accept(WorkerEntry& worker, const protocol::RolloutResult& result, TimePoint now,
-                         LearnerEffects& effects) {
-  const protocol::RolloutKey key = result.key;
-  if (key.run < 0 || key.run >= static_cast<int>(runs_.size())) {
-    ++ledger_.counters.rejected;
-    return;
-  }
-  Run& run = runs_[key.run];
-  const auto known = facts_.find(task_ids_[run.condition()]);
-  if (known == facts_.end()) {  // nothing of this task has been issued
-    ++ledger_.counters.rejected;
-    return;
-  }
-  const TaskFacts& facts = known->second;
-  const Ledger::Entry* open = ledger_.find(key);
-  if (!open) {
-    const std::optional<Run::Answer> before = run.answer_of(key.number);
-    if (!before) {
-      ++ledger_.counters.rejected;
-      return;
-    }
-    ++ledger_.counters.duplicate;
-    const bool comparable =
-        facts.deterministic && before->numeric_class == numeric_class(worker.numeric_class);
-    if (comparable && (before->reward != result.reward || before->status != result.status)) {
-      ++ledger_.counters.conflicting;
-      effects.log.push_back(
-          {LogLine::Level::kWarning,
-           fmt::format("{} gave reward {} where {} was accepted, run {} roll-out {}: one of two "
-                       "workers of the same numeric class is broken",
-                       worker_name(worker), result.reward, before->reward, key.run, key.number)});
-    }
-    return;
-  }
-  if (open->question.content != result.content) {
-    ++ledger_.counters.rejected;  // an answer to an older question
-    return;
-  }
-  const bool ok = result.status == RolloutStatus::kOk;
-  if (ok && !(result.reward >= facts.reward_min && result.reward <= facts.reward_max)) {
-    ++ledger_.counters.rejected;
-    worker.distrusted = true;
-    effects.log.push_back(
-        {LogLine::Level::kError,
-         fmt::format("{} gave reward {} outside the task's range {} to {}: it gets no more work",
-                     worker_name(worker), result.reward, facts.reward_min, facts.reward_max)});
-    if (worker.leases.contains(key)) take_back(worker, key);
-    return;
-  }
-
-  note_timing(worker, result, *open, now);
-  const Ledger::Entry entry = ledger_.close(key);
-  const bool in_time = entry.lease && entry.lease->worker == worker.id;
-  if (!in_time) ++ledger_.counters.late;
-  if (entry.lease) {
-    if (WorkerEntry* holder = workers_.find(entry.lease->worker)) holder->leases.erase(key);
-  }
-  ++worker.num_accepted;
-  if (!ok && key.number >= 0) ++ledger_.counters.failed;
-  last_progress_ = now;
-  changed_runs_.insert(key.run);
-  ledger_.counters.applied += run.accept(key.number, ok ? result.reward : 0, result.status,
-                                         numeric_class(worker.numeric_class));
-  if (run.done()) {
-    finish_run(run, effects);
-  } else {
-    draw(run, now, effects);
-  }
-}
-
-void LearnerCore::note_timing(WorkerEntry& worker, const protocol::RolloutResult& result,
-                              const Ledger::Entry& entry, TimePoint now) {
-  const double duration_s = static_cast<double>(result.duration_ns) * 1e-9;
-  rollout_time_s_ = rollout_time_s_ == 0
-                        ? duration_s
-                        : rollout_time_s_ + kTimingWeight * (duration_s - rollout_time_s_);
-  if (!entry.lease || entry.lease->worker != worker.id) return;
-  const double answer_s = to_seconds(now - entry.lease->issued_at);
-  double& mean_s =
-      worker.answer_time_s ? *worker.answer_time_s : worker.answer_time_s.emplace(answer_s);
-  // Rises at once and falls slowly: a lease too short costs more than one too long.
-  mean_s = std::max(answer_s, mean_s + kTimingWeight * (answer_s - mean_s));
-}
-
-void LearnerCore::take_back(WorkerEntry& worker, protocol::RolloutKey key) {
-  ledger_.take_back(key);
-  worker.leases.erase(key);
-}
-
-void LearnerCore::reconcile(WorkerEntry& worker, std::int64_t last_batch,
-                            const std::vector<protocol::RolloutKey>& held, TimePoint now,
-                            TimePoint lost_at) {
-  const std::set<protocol::RolloutKey> holds(held.begin(), held.end());
-  const std::set<protocol::RolloutKey> leases = worker.leases;
-  const TimePoint extended = now + lease_duration(worker, rollout_time_s_);
-  for (const protocol::RolloutKey key : leases) {
-    if (holds.contains(key)) {
-      ledger_.extend(key, worker.id, extended);
-      continue;
-    }
-    // A later message has reached the worker and it has neither this roll-out nor an answer: the
-    // request was lost.
-    const Ledger::Lease& lease = *ledger_.find(key)->lease;
-    if (lease.batch > last_batch) continue;
-    if (lost_at <= now) {
-      take_back(worker, key);
-    } else if (lost_at < lease.deadline) {
-      ledger_.extend(key, worker.id, lost_at);
-    }
-  }
-}
-
-void LearnerCore::draw(Run& run, TimePoint now, LearnerEffects& effects) {
-  for (Run::Wanted& wanted : run.take_wanted()) {
-    std::map<int, ContentHash>& ids = policy_ids_[run.index()];
-    if (!ids.contains(wanted.layer)) {
-      ids[wanted.layer] = policies_.add(to_json(run.exploration().policy(wanted.layer)));
-      publish_policy(ids[wanted.layer], now, effects);
-    }
-    const protocol::RolloutKey key{run.index(), wanted.number};
-    Question question;
-    question.task_id = task_ids_[run.condition()];
-    question.policy_id = ids[wanted.layer];
-    question.task_seed = static_cast<std::int64_t>(
-        RandomStream(study_.seed, static_cast<std::uint32_t>(run.repetition()),
-                     static_cast<std::uint32_t>(wanted.number), RandomPurpose::kTaskSeed)
-            .next_bits());
-    question.theta = std::move(wanted.theta);
-    seal(question, key);
-    ledger_.draw(key, std::move(question));
-  }
-}
-
-void LearnerCore::finish_run(Run& run, LearnerEffects& effects) {
-  for (const auto& [layer, id] : policy_ids_[run.index()]) policies_.release(id);
-  policy_ids_[run.index()].clear();
-  ++num_done_;
-  if (num_done_ < static_cast<int>(runs_.size())) return;
-  publish_status(last_progress_, effects);
-  outcome_ = Outcome::kDone;
-}
-
 void LearnerCore::dispatch(TimePoint now, LearnerEffects& effects) {
   const std::vector<Ledger::Assignment> chosen =
       assign(ledger_, workers_, DispatchFacts{now, rollout_time_s_, &facts_});
@@ -365,7 +218,7 @@ void LearnerCore::dispatch(TimePoint now, LearnerEffects& effects) {
     worker.acknowledgement_due = false;
   }
   for (protocol::RolloutBatch& batch :
-       pack(std::move(requests), std::move(acknowledgements), settings_.batch_bytes_max)) {
+       pack(std::move(requests), acknowledgements, settings_.batch_bytes_max)) {
     batch.learner_id = settings_.learner_id;
     batch.sequence = ++last_batch_;
     for (const protocol::RolloutRequest& request : batch.rollouts) {

@@ -78,6 +78,7 @@ class LearnerCore {
   std::vector<WorkerRecord> worker_records() const { return workers_.records(started_at_); }
 
  private:
+  // learner_core.cc: what happens.
   void on_started(TimePoint now, LearnerEffects& effects);
   void on_timer(TimePoint now, LearnerEffects& effects);
   void on_message(const protocol::RewardBatch& batch, TimePoint now, LearnerEffects& effects);
@@ -86,8 +87,16 @@ class LearnerCore {
                   LearnerEffects& effects);
   void on_message(const protocol::DefinitionReport& report, TimePoint now, LearnerEffects& effects);
 
+  // learner_core_answers.cc: what answers do.
   void accept(WorkerEntry& worker, const protocol::RolloutResult& result, TimePoint now,
               LearnerEffects& effects);
+  const TaskFacts* facts_of(int run) const;
+  void compare_with_accepted(const WorkerEntry& worker, const protocol::RolloutResult& result,
+                             const TaskFacts& facts, LearnerEffects& effects);
+  void distrust(WorkerEntry& worker, const protocol::RolloutResult& result, const TaskFacts& facts,
+                LearnerEffects& effects);
+  void learn(Run& run, const WorkerEntry& worker, const protocol::RolloutResult& result,
+             TimePoint now, LearnerEffects& effects);
   void note_timing(WorkerEntry& worker, const protocol::RolloutResult& result,
                    const Ledger::Entry& entry, TimePoint now);
   void reconcile(WorkerEntry& worker, std::int64_t last_batch,
@@ -95,13 +104,14 @@ class LearnerCore {
   void take_back(WorkerEntry& worker, protocol::RolloutKey key);
   void draw(Run& run, TimePoint now, LearnerEffects& effects);
   void finish_run(Run& run, LearnerEffects& effects);
+  // learner_core.cc: what goes out.
   void dispatch(TimePoint now, LearnerEffects& effects);
   void publish_task(const ContentHash& id, TimePoint now, LearnerEffects& effects);
   void publish_policy(const ContentHash& id, TimePoint now, LearnerEffects& effects);
-  void publish_status(TimePoint now, LearnerEffects& effects);
+  void publish_status(TimePoint now, LearnerEffects& effects);  // progress.cc
   void learn_facts(const ContentHash& task_id, const std::string& description);
   int numeric_class(const std::string& name);
-  std::string why_waiting(TimePoint now) const;
+  std::string why_waiting(TimePoint now) const;  // progress.cc
 
   Study study_;
   LearnerSettings settings_;

@@ -36,12 +36,14 @@ std::vector<protocol::RolloutRequest> Ledger::lease(TimePoint now,
                                                     const std::vector<Assignment>& chosen) {
   std::vector<protocol::RolloutRequest> requests;
   requests.reserve(chosen.size());
-  std::vector<bool> taken(ready_.size(), false);
+  std::deque<RolloutKey> passed_over;
+  std::size_t place = 0;
   for (const Assignment& assignment : chosen) {
-    const RolloutKey key = ready_[assignment.place];
+    CHECK(place <= assignment.place && assignment.place < ready_.size(), "places must ascend");
+    for (; place < assignment.place; ++place) passed_over.push_back(ready_[place]);
+    const RolloutKey key = ready_[place++];
     Entry& entry = entries_.at(key);
-    CHECK(!entry.lease && !taken[assignment.place], "a roll-out was leased twice");
-    taken[assignment.place] = true;
+    CHECK(!entry.lease, "a roll-out was leased twice");
     entry.lease = Lease{assignment.worker, 0, now, assignment.deadline};
     entry.last_worker = assignment.worker;
     deadlines_.emplace(assignment.deadline, key);
@@ -59,11 +61,8 @@ std::vector<protocol::RolloutRequest> Ledger::lease(TimePoint now,
     if (request.attempt > 0) ++counters.reissued;
     requests.push_back(std::move(request));
   }
-  std::deque<RolloutKey> rest;
-  for (std::size_t place = 0; place < ready_.size(); ++place) {
-    if (!taken[place]) rest.push_back(ready_[place]);
-  }
-  ready_ = std::move(rest);
+  ready_.erase(ready_.begin(), ready_.begin() + static_cast<std::ptrdiff_t>(place));
+  ready_.insert(ready_.begin(), passed_over.begin(), passed_over.end());
   return requests;
 }
 

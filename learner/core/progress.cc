@@ -50,9 +50,11 @@ void LearnerCore::publish_status(TimePoint now, LearnerEffects& effects) {
     double& announced = announced_best_.try_emplace(run.index(), -1).first->second;
     if (best.rollout < 0 || best.reward <= announced) continue;
     announced = best.reward;
+    std::string policy = run.best_policy();
+    if (policy.empty()) continue;
     effects.send.emplace_back(protocol::BestPolicy{settings_.learner_id, run.index(),
                                                    condition.name, run.repetition(), best.rollout,
-                                                   best.reward, run.best_policy()});
+                                                   best.reward, std::move(policy)});
   }
 
   const LedgerCounters now_counted = counters();

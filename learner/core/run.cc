@@ -1,5 +1,7 @@
 #include "learner/core/run.h"
 
+#include <stdexcept>
+
 #include "common/base/check.h"
 
 namespace treeroll {
@@ -81,7 +83,11 @@ std::optional<Run::Answer> Run::answer_of(int number) const {
 std::string Run::best_policy() const {
   const Exploration::Best& best = exploration_.best();
   Policy policy = exploration_.policy(best.layer);
-  policy.tree = policy.tree_with(best.theta);
+  try {
+    policy.tree = policy.tree_with(best.theta);
+  } catch (const std::invalid_argument&) {
+    return "";
+  }
   return to_json(policy);
 }
 

@@ -1,5 +1,7 @@
 #include "learner/core/worker_table.h"
 
+#include <fmt/format.h>
+
 namespace treeroll {
 namespace {
 
@@ -15,6 +17,10 @@ WorkerRecord record_of(const WorkerEntry& worker, TimePoint start) {
 }
 
 }  // namespace
+
+std::string describe(const WorkerEntry& worker) {
+  return fmt::format("worker {:x} ({} pid {})", worker.id, worker.host, worker.pid);
+}
 
 WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
   auto found = workers_.find(id);

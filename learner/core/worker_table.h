@@ -39,6 +39,9 @@ struct WorkerEntry {
   bool usable() const { return num_evaluators > 0 && !draining && !distrusted; }
 };
 
+/// Its name for a person: id, host and process.
+std::string describe(const WorkerEntry& worker);
+
 /// Every worker heard of lately, by id.
 class WorkerTable {
  public:

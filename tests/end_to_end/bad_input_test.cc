@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <ostream>
+
 #include "tests/end_to_end/service.h"
 
 namespace treeroll::end_to_end {
@@ -31,6 +34,9 @@ struct BadInput {
   std::vector<std::string> says;       ///< parts of the error
 };
 
+/// Shown by its name where a test fails.
+void PrintTo(const BadInput& bad, std::ostream* out) { *out << bad.what; }
+
 std::string with(const std::string& line, const std::string& replacement) {
   std::string text = kGood;
   return text.replace(text.find(line), line.size(), replacement);
@@ -43,12 +49,13 @@ TEST_P(BadInputTest, EndsWithStatus2AndSaysWhatIsWrong) {
   const Service service;
   const std::filesystem::path state = service.directory() / "state";
   std::vector<std::string> arguments{service.study(bad.study.empty() ? kGood : bad.study).string(),
-                                     "--state-dir",
-                                     state.string(),
-                                     "--lcm-url",
-                                     service.url(),
-                                     "--local-workers",
-                                     "1"};
+                                     "--state-dir", state.string()};
+  for (const std::vector<std::string>& option :
+       {std::vector<std::string>{"--lcm-url", service.url()}, {"--local-workers", "1"}}) {
+    const bool given =
+        std::find(bad.arguments.begin(), bad.arguments.end(), option[0]) != bad.arguments.end();
+    if (!given) arguments.insert(arguments.end(), option.begin(), option.end());
+  }
   arguments.insert(arguments.end(), bad.arguments.begin(), bad.arguments.end());
   Daemon learner("treeroll-learner", arguments, service.directory());
   EXPECT_EQ(learner.wait(seconds(20)), 2) << learner.standard_error();

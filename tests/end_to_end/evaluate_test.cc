@@ -217,7 +217,7 @@ INSTANTIATE_TEST_SUITE_P(
                  "",
                  "",
                  {"--set", "task.name=juggling"},
-                 {"task.name = \"juggling\": must be a task that", "treeroll-worker knows"}},
+                 {"--set: task.name = \"juggling\": must be a task this worker knows: "}},
         BadInput{"worker_program_missing",
                  "",
                  "",

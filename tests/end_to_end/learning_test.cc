@@ -5,7 +5,9 @@
 #include <csignal>
 #include <thread>
 
+#include "learner/report/csv.h"
 #include "tests/end_to_end/service.h"
+#include "tests/thesis/run_study.h"
 
 namespace treeroll::end_to_end {
 namespace {
@@ -100,7 +102,7 @@ TEST(LearningTest, TheSameFilesComeOutWhateverWorkersThereAreAndHoweverTheyDie) 
   ::kill(evaluator, SIGKILL);
   EXPECT_TRUE(eventually(
       seconds(10),
-      [&] { return doomed.standard_error().find(std::to_string(evaluator)) != std::string::npos; }))
+      [&] { return doomed.standard_error().find("ended by signal 9") != std::string::npos; }))
       << "the daemon says nothing of its evaluator\n"
       << doomed.standard_error();
   std::this_thread::sleep_for(milliseconds(300));
@@ -111,6 +113,21 @@ TEST(LearningTest, TheSameFilesComeOutWhateverWorkersThereAreAndHoweverTheyDie) 
   EXPECT_EQ(learnt.runs_csv, reference.runs_csv);
   EXPECT_GT(learnt.summary["ledger"]["reissued"], 0) << "the kills met no work";
   EXPECT_EQ(learnt.summary["ledger"]["failed"], 0);
+}
+
+TEST(LearningTest, TheServiceGivesToTheBitWhatOneProcessGives) {
+  const Service service;
+  const std::filesystem::path study = service.study(kSwingUp);
+  const std::vector<std::string> overrides{"study.rollouts=30", "study.repetitions=2"};
+  const Service::Learnt learnt =
+      service.learn(study, {"--local-workers", "2", "--set", overrides[0], "--set", overrides[1]});
+  ASSERT_EQ(learnt.status, 0) << learnt.log;
+  const std::vector<RunRecord> runs = run_study(study, overrides);
+  ASSERT_EQ(runs.size(), 4U);
+  write_rollouts_csv(service.directory() / "rollouts.csv", runs);
+  write_runs_csv(service.directory() / "runs.csv", runs);
+  EXPECT_EQ(learnt.rollouts_csv, read_file(service.directory() / "rollouts.csv"));
+  EXPECT_EQ(learnt.runs_csv, read_file(service.directory() / "runs.csv"));
 }
 
 TEST(LearningTest, TenThousandRolloutsWithAWorkerThatJoinsLateAndOneThatLeaves) {

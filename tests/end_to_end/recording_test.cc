@@ -94,7 +94,8 @@ TEST(RecordingTest, ALoggerSeesEveryRolloutRewardDefinitionAndStatus) {
        {protocol::Message(protocol::TaskDefinition{}), protocol::Message(protocol::WorkerStatus{}),
         protocol::Message(protocol::DefinitionReport{}),
         protocol::Message(protocol::LearnerStatus{}), protocol::Message(protocol::RunStatus{})}) {
-    EXPECT_GT(count[expected.index()], 0) << transport::channel_name(transport::channel_of(expected));
+    EXPECT_GT(count[expected.index()], 0)
+        << transport::channel_name(transport::channel_of(expected));
   }
 }
 

@@ -78,7 +78,7 @@ int serve(const Options& options, pid_t parent) {
     spdlog::error("{}", daemon.error().message);
     return 2;
   }
-  spdlog::info("worker {} with {} evaluators on {}", settings.worker_id, settings.num_evaluators,
+  spdlog::info("worker {:x} with {} evaluators on {}", settings.worker_id, settings.num_evaluators,
                url);
   const int status = (*daemon)->run();
   spdlog::info("ends with status {}", status);

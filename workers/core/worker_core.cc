@@ -77,16 +77,15 @@ void WorkerCore::on(const Turn& turn, const Started&) {
 }
 
 void WorkerCore::on(const Turn& turn, const MessageReceived& event) {
-  using namespace protocol;
-  if (const auto* batch = std::get_if<RolloutBatch>(&event.message)) {
+  if (const auto* batch = std::get_if<protocol::RolloutBatch>(&event.message)) {
     receive(turn, *batch);
-  } else if (const auto* task = std::get_if<TaskDefinition>(&event.message)) {
+  } else if (const auto* task = std::get_if<protocol::TaskDefinition>(&event.message)) {
     receive_definition(turn, task->learner_id, {DefinitionKind::kTask, task->task_id},
                        task->content);
-  } else if (const auto* policy = std::get_if<PolicyDefinition>(&event.message)) {
+  } else if (const auto* policy = std::get_if<protocol::PolicyDefinition>(&event.message)) {
     receive_definition(turn, policy->learner_id, {DefinitionKind::kPolicy, policy->policy_id},
                        policy->content);
-  } else if (const auto* status = std::get_if<LearnerStatus>(&event.message)) {
+  } else if (const auto* status = std::get_if<protocol::LearnerStatus>(&event.message)) {
     const auto known = learners_.find(status->learner_id);
     if (known != learners_.end()) known->second.heard = turn.now;
   }
@@ -124,7 +123,7 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
     }
   }
   for (const protocol::LearnerId id : silent) {
-    turn.log(false, fmt::format("learner {} has been silent for {:.0f} s and is forgotten", id,
+    turn.log(false, fmt::format("learner {:x} has been silent for {:.0f} s and is forgotten", id,
                                 to_seconds(settings_.learner_silence_max)));
     forget(turn, id);
   }
@@ -176,7 +175,7 @@ WorkerCore::Learner* WorkerCore::meet(const Turn& turn, protocol::LearnerId id) 
     }
     forget(turn, victim->first);
   }
-  turn.log(false, fmt::format("serves learner {}", id));
+  turn.log(false, fmt::format("serves learner {:x}", id));
   Learner& learner = learners_[id];
   learner.last_sent_index = answers_.last_index(id);
   return &learner;
@@ -247,7 +246,7 @@ void WorkerCore::receive_definition(const Turn& turn, protocol::LearnerId learne
   if (draining_) return;
   if (content_hash(content) != name.id) {
     ++num_rejected_;
-    turn.log(true, fmt::format("a {} definition of learner {} is not what its id {} names",
+    turn.log(true, fmt::format("a {} definition of learner {:x} is not what its id {} names",
                                word(name.kind), learner, to_hex(name.id)));
     return;
   }

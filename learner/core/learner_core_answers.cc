@@ -1,0 +1,181 @@
+// What answers do: accepted or not, learnt from, and the next roll-outs drawn.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "common/base/random_stream.h"
+#include "learner/core/dispatch.h"
+#include "learner/core/learner_core.h"
+
+namespace treeroll {
+namespace {
+
+constexpr double kTimingWeight = .1;
+
+}  // namespace
+
+void LearnerCore::accept(WorkerEntry& worker, const protocol::RolloutResult& result, TimePoint now,
+                         LearnerEffects& effects) {
+  const protocol::RolloutKey key = result.key;
+  const bool in_study = key.run >= 0 && key.run < static_cast<int>(runs_.size());
+  const TaskFacts* facts = in_study ? facts_of(key.run) : nullptr;
+  if (!facts) {  // nothing of this run has been issued
+    ++ledger_.counters.rejected;
+    return;
+  }
+  const Ledger::Entry* open = ledger_.find(key);
+  if (!open) return compare_with_accepted(worker, result, *facts, effects);
+  if (open->question.content != result.content) {
+    ++ledger_.counters.rejected;  // an answer to an older question
+    return;
+  }
+  const bool ok = result.status == RolloutStatus::kOk;
+  if (ok && !(result.reward >= facts->reward_min && result.reward <= facts->reward_max)) {
+    return distrust(worker, result, *facts, effects);
+  }
+
+  note_timing(worker, result, *open, now);
+  const Ledger::Entry entry = ledger_.close(key);
+  if (!entry.lease || entry.lease->worker != worker.id) ++ledger_.counters.late;
+  if (entry.lease) {
+    if (WorkerEntry* holder = workers_.find(entry.lease->worker)) holder->leases.erase(key);
+  }
+  ++worker.num_accepted;
+  if (!ok && key.number >= 0) ++ledger_.counters.failed;
+  last_progress_ = now;
+  changed_runs_.insert(key.run);
+  learn(runs_[key.run], worker, result, now, effects);
+}
+
+const TaskFacts* LearnerCore::facts_of(int run) const {
+  const auto known = facts_.find(task_ids_[runs_[run].condition()]);
+  return known == facts_.end() ? nullptr : &known->second;
+}
+
+/// An answer to a roll-out that is not open: a duplicate, or to nothing that was asked.
+void LearnerCore::compare_with_accepted(const WorkerEntry& worker,
+                                        const protocol::RolloutResult& result,
+                                        const TaskFacts& facts, LearnerEffects& effects) {
+  const std::optional<Run::Answer> before = runs_[result.key.run].answer_of(result.key.number);
+  if (!before) {
+    ++ledger_.counters.rejected;
+    return;
+  }
+  ++ledger_.counters.duplicate;
+  const bool comparable =
+      facts.deterministic && before->numeric_class == numeric_class(worker.numeric_class);
+  if (!comparable || (before->reward == result.reward && before->status == result.status)) return;
+  ++ledger_.counters.conflicting;
+  effects.log.push_back(
+      {LogLine::Level::kWarning,
+       fmt::format("{} gave reward {} where {} was accepted, run {} roll-out {}: one of two "
+                   "workers of the same numeric class is broken",
+                   describe(worker), result.reward, before->reward, result.key.run,
+                   result.key.number)});
+}
+
+void LearnerCore::distrust(WorkerEntry& worker, const protocol::RolloutResult& result,
+                           const TaskFacts& facts, LearnerEffects& effects) {
+  ++ledger_.counters.rejected;
+  worker.distrusted = true;
+  effects.log.push_back(
+      {LogLine::Level::kError,
+       fmt::format("{} gave reward {} outside the task's range {} to {}: it gets no more work",
+                   describe(worker), result.reward, facts.reward_min, facts.reward_max)});
+  if (worker.leases.contains(result.key)) take_back(worker, result.key);
+}
+
+void LearnerCore::learn(Run& run, const WorkerEntry& worker, const protocol::RolloutResult& result,
+                        TimePoint now, LearnerEffects& effects) {
+  const double reward = result.status == RolloutStatus::kOk ? result.reward : 0;
+  try {
+    ledger_.counters.applied +=
+        run.accept(result.key.number, reward, result.status, numeric_class(worker.numeric_class));
+  } catch (const std::invalid_argument& error) {
+    // The mean of a layer that was left makes no mixture: the noise has driven it past all bounds.
+    failure_ = fmt::format("run {} cannot go on after roll-out {}: {}", run.index(),
+                           result.key.number, error.what());
+    outcome_ = Outcome::kFailed;
+    return;
+  }
+  if (run.done()) {
+    finish_run(run, effects);
+  } else {
+    draw(run, now, effects);
+  }
+}
+
+void LearnerCore::note_timing(WorkerEntry& worker, const protocol::RolloutResult& result,
+                              const Ledger::Entry& entry, TimePoint now) {
+  const double duration_s = static_cast<double>(result.duration_ns) * 1e-9;
+  rollout_time_s_ = rollout_time_s_ == 0
+                        ? duration_s
+                        : rollout_time_s_ + kTimingWeight * (duration_s - rollout_time_s_);
+  if (!entry.lease || entry.lease->worker != worker.id) return;
+  const double answer_s = to_seconds(now - entry.lease->issued_at);
+  double& mean_s =
+      worker.answer_time_s ? *worker.answer_time_s : worker.answer_time_s.emplace(answer_s);
+  // Rises at once and falls slowly: a lease too short costs more than one too long.
+  mean_s = std::max(answer_s, mean_s + kTimingWeight * (answer_s - mean_s));
+}
+
+void LearnerCore::take_back(WorkerEntry& worker, protocol::RolloutKey key) {
+  ledger_.take_back(key);
+  worker.leases.erase(key);
+}
+
+void LearnerCore::reconcile(WorkerEntry& worker, std::int64_t last_batch,
+                            const std::vector<protocol::RolloutKey>& held, TimePoint now,
+                            TimePoint lost_at) {
+  const std::set<protocol::RolloutKey> holds(held.begin(), held.end());
+  const std::set<protocol::RolloutKey> leases = worker.leases;
+  const TimePoint extended = now + lease_duration(worker, rollout_time_s_);
+  for (const protocol::RolloutKey key : leases) {
+    if (holds.contains(key)) {
+      ledger_.extend(key, worker.id, extended);
+      continue;
+    }
+    // A later message has reached the worker and it has neither this roll-out nor an answer: the
+    // request was lost.
+    const Ledger::Lease& lease = *ledger_.find(key)->lease;
+    if (lease.batch > last_batch) continue;
+    if (lost_at <= now) {
+      take_back(worker, key);
+    } else if (lost_at < lease.deadline) {
+      ledger_.extend(key, worker.id, lost_at);
+    }
+  }
+}
+
+void LearnerCore::draw(Run& run, TimePoint now, LearnerEffects& effects) {
+  for (Run::Wanted& wanted : run.take_wanted()) {
+    std::map<int, ContentHash>& ids = policy_ids_[run.index()];
+    if (!ids.contains(wanted.layer)) {
+      ids[wanted.layer] = policies_.add(to_json(run.exploration().policy(wanted.layer)));
+      publish_policy(ids[wanted.layer], now, effects);
+    }
+    const protocol::RolloutKey key{run.index(), wanted.number};
+    Question question;
+    question.task_id = task_ids_[run.condition()];
+    question.policy_id = ids[wanted.layer];
+    question.task_seed = static_cast<std::int64_t>(
+        RandomStream(study_.seed, static_cast<std::uint32_t>(run.repetition()),
+                     static_cast<std::uint32_t>(wanted.number), RandomPurpose::kTaskSeed)
+            .next_bits());
+    question.theta = std::move(wanted.theta);
+    seal(question, key);
+    ledger_.draw(key, std::move(question));
+  }
+}
+
+void LearnerCore::finish_run(Run& run, LearnerEffects& effects) {
+  for (const auto& [layer, id] : policy_ids_[run.index()]) policies_.release(id);
+  policy_ids_[run.index()].clear();
+  ++num_done_;
+  if (num_done_ < static_cast<int>(runs_.size())) return;
+  publish_status(last_progress_, effects);
+  outcome_ = Outcome::kDone;
+}
+
+}  // namespace treeroll
