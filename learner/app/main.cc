@@ -9,15 +9,12 @@
 #include "common/protocol/limits.h"
 #include "common/transport/bus.h"
 #include "learner/app/daemon.h"
+#include "learner/app/process.h"
 #include "learner/app/study_file.h"
 
 namespace treeroll {
 namespace {
 
-/// The worker executable that is installed or built beside this one.
-std::filesystem::path worker_beside_us() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "treeroll-worker";
-}
 
 int learner_main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("learner"));
@@ -55,7 +52,9 @@ int learner_main(int argc, char** argv) {
   }
   options.lcm_url = transport::resolve_url(lcm_url);
   options.needs_worker_program = options.local_workers > 0 || !options.worker_program.empty();
-  if (options.worker_program.empty()) options.worker_program = worker_beside_us();
+  if (options.worker_program.empty()) {
+    options.worker_program = program_beside_us("treeroll-worker");
+  }
 
   try {
     return run_learner(options);

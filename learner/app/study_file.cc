@@ -7,12 +7,15 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "common/base/settings_reader.h"
+#include "common/policy/policy.h"
 #include "learner/app/message_sizes.h"
+#include "learner/app/policy_file.h"
 #include "learner/app/study_document.h"
 #include "learner/app/toml_source.h"
 #include "learner/explore/exploration_settings.h"
@@ -37,6 +40,9 @@ constexpr const char* kResolvedComment =
 /// More than the comment and [study] take.
 constexpr std::size_t kResolvedHeadBytesMax = 1024;
 
+constexpr const char* kStart = "start";
+constexpr const char* kCommandLineOrigin = "--set";
+
 /// A start policy with its settings, defaults included.
 struct ResolvedPolicy {
   StartPolicy start;
@@ -50,17 +56,57 @@ class PolicyCache {
     const std::string key = settings.dump();
     const auto found = policies_.find(key);
     if (found != policies_.end()) return found->second;
+    return policies_.emplace(key, read(settings)).first->second;
+  }
+
+ private:
+  /// A policy given as text takes the place of the one that the other settings describe. Those are
+  /// checked all the same, but not kept.
+  static ResolvedPolicy read(json settings) {
+    std::optional<ResolvedPolicy> given;
+    if (settings.contains(kStart)) {
+      given = read_given(settings);
+      settings.erase(kStart);
+      if (settings.empty()) return *given;
+    }
     json resolved;
     SettingsReader reader(settings, "policy", resolved);
     StartPolicy start = read_start_policy(reader);
     reader.finish();
-    ResolvedPolicy policy{.start = std::move(start), .settings = std::move(resolved)};
-    return policies_.emplace(key, std::move(policy)).first->second;
+    if (given) return *given;
+    return {.start = std::move(start), .settings = std::move(resolved)};
   }
 
- private:
+  static ResolvedPolicy read_given(const json& settings) {
+    json resolved;
+    SettingsReader reader(settings, "policy", resolved);
+    Result<Policy> policy = policy_from_json(reader.string(kStart));
+    if (!policy) throw ConfigError("policy.start", "", policy.error().message);
+    return {.start = {.tree = std::move(policy->tree), .layout = policy->layout},
+            .settings = std::move(resolved)};
+  }
+
   std::map<std::string, ResolvedPolicy> policies_;
 };
+
+/// policy.start_file, read into policy.start: the resolved study then needs no other file. A path
+/// in the study file is relative to that file's folder, one of the command line to the current one.
+void read_start_file(const std::filesystem::path& study_file, const SettingOrigins& origins,
+                     json& policy) {
+  constexpr const char* kKey = "policy.start_file";
+  const auto found = policy.find("start_file");
+  if (found == policy.end()) return;
+  if (!found->is_string()) throw ConfigError(kKey, found->dump(), "must be a string");
+  if (policy.contains(kStart)) {
+    throw ConfigError(kKey, found->dump(), "must not stand beside policy.start");
+  }
+  std::filesystem::path path = found->get<std::string>();
+  if (path.is_relative() && origin_of(origins, kKey) != kCommandLineOrigin) {
+    path = study_file.parent_path() / path;
+  }
+  policy[kStart] = to_json(read_policy_file(kKey, path).policy);
+  policy.erase("start_file");
+}
 
 /// It becomes the name of a folder.
 void check_study_name(const SettingsReader& reader, const std::string& name) {
@@ -127,13 +173,15 @@ ConfigError in_condition(const ConfigError& error, const std::string& condition)
 /// Reads the conditions of a document one after the other.
 class StudyBuilder {
  public:
-  explicit StudyBuilder(const StudyDocument& document) : document_(document) {}
+  StudyBuilder(std::filesystem::path file, const StudyDocument& document)
+      : file_(std::move(file)), document_(document) {}
 
   void add_condition(std::size_t index) {
     json settings;
     SettingOrigins origins = document_.settings(index, settings);
     const std::string& name = document_.name(index);
     try {
+      read_start_file(file_, origins, settings.at("policy"));
       loaded_.study.conditions.push_back(read(name, settings));
     } catch (const ConfigError& error) {
       throw StudyError(origin_of(origins, error.key()), in_condition(error, name));
@@ -212,6 +260,7 @@ class StudyBuilder {
     }
   }
 
+  std::filesystem::path file_;
   const StudyDocument& document_;
   PolicyCache policies_;
   LoadedStudy loaded_;
@@ -226,7 +275,7 @@ class StudyBuilder {
 LoadedStudy load_study(const std::filesystem::path& file,
                        const std::vector<std::string>& overrides) {
   const StudyDocument document(file, overrides);
-  StudyBuilder builder(document);
+  StudyBuilder builder(file, document);
   for (std::size_t i = 0; i < document.num_conditions(); ++i) builder.add_condition(i);
   return builder.take();
 }

@@ -9,6 +9,7 @@
 #include "common/base/settings_reader.h"
 #include "common/policy/gmr.h"
 #include "sim/plant_settings.h"
+#include "workers/tasks/trace.h"
 
 namespace treeroll {
 namespace {
@@ -44,14 +45,29 @@ TaskDescription SwingUpTask::description() const {
 }
 
 Evaluation SwingUpTask::evaluate(const Gmm& policy, std::uint64_t /*seed*/) {
+  return roll_out(policy, nullptr);
+}
+
+Evaluation SwingUpTask::evaluate_traced(const Gmm& policy, std::uint64_t /*seed*/, Trace& trace) {
+  trace.set_columns({"time_s", "phi1_rad", "phi2_rad", "y_m", "phi1_rate_radps", "phi2_rate_radps",
+                     "y_rate_mps", "cart_acceleration_mps2", "cost"});
+  return roll_out(policy, &trace);
+}
+
+Evaluation SwingUpTask::roll_out(const Gmm& policy, Trace* trace) {
   CHECK(policy.input_dim() == 1 && policy.output_dim() == 1, "a policy from time to acceleration");
   const Gmr gmr(policy);
   double cost_min = std::numeric_limits<double>::infinity();
   const auto end = plant_->simulate(
       start_, duration_s_,
       [&](double time_s, const sim::CartPendulumState&) { return gmr.regress(time_s); },
-      [&](double, const sim::CartPendulumState& state, double) {
-        cost_min = std::min(cost_min, swing_up_cost(state));
+      [&](double time_s, const sim::CartPendulumState& s, double cart_acceleration_mps2) {
+        const double cost = swing_up_cost(s);
+        cost_min = std::min(cost_min, cost);
+        if (trace != nullptr) {
+          trace->add_row({time_s, s.phi1, s.phi2, s.y, s.phi1_rate, s.phi2_rate, s.y_rate,
+                          cart_acceleration_mps2, cost});
+        }
         return true;
       });
   if (!end) return {.reward = 0, .status = RolloutStatus::kDiverged};

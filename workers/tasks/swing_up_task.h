@@ -29,8 +29,13 @@ class SwingUpTask : public Task {
 
   TaskDescription description() const override;
   Evaluation evaluate(const Gmm& policy, std::uint64_t seed) override;
+  /// Columns: time, state, input and cost of (4-6), at each output step of the plant.
+  Evaluation evaluate_traced(const Gmm& policy, std::uint64_t seed, Trace& trace) override;
 
  private:
+  /// @param trace  may be null
+  Evaluation roll_out(const Gmm& policy, Trace* trace);
+
   double duration_s_;
   double alpha_;
   double time_limit_s_;
