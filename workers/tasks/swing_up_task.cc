@@ -8,7 +8,6 @@
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
 #include "common/policy/gmr.h"
-#include "sim/plant_settings.h"
 
 namespace treeroll {
 namespace {
@@ -32,7 +31,7 @@ SwingUpTask::SwingUpTask(SettingsReader& settings)
       time_limit_s_(settings.number("time_limit_s", kTimeLimit, 10)),
       start_{.phi1 = settings.number("start_phi1", kAngle, -std::numbers::pi),
              .phi2 = settings.number("start_phi2", kAngle, -std::numbers::pi)},
-      plant_(sim::make_plant(sim::read_plant_settings(settings))) {}
+      plant_(sim::read_plant_settings(settings), read_plant_variation(settings)) {}
 
 TaskDescription SwingUpTask::description() const {
   return {.input_dim = 1,
@@ -40,22 +39,25 @@ TaskDescription SwingUpTask::description() const {
           .reward_min = 0,
           .reward_max = 1,
           .time_limit_s = time_limit_s_,
-          .deterministic = true};
+          .deterministic = plant_.deterministic()};
 }
 
-Evaluation SwingUpTask::evaluate(const Gmm& policy, std::uint64_t /*seed*/) {
+Evaluation SwingUpTask::evaluate(const Gmm& policy, std::uint64_t seed) {
   CHECK(policy.input_dim() == 1 && policy.output_dim() == 1, "a policy from time to acceleration");
   const Gmr gmr(policy);
-  double cost_min = std::numeric_limits<double>::infinity();
-  const auto end = plant_->simulate(
-      start_, duration_s_,
-      [&](double time_s, const sim::CartPendulumState&) { return gmr.regress(time_s); },
-      [&](double, const sim::CartPendulumState& state, double) {
-        cost_min = std::min(cost_min, swing_up_cost(state));
-        return true;
+  return plant_.evaluate(
+      seed, start_, [&](sim::CartPendulumPlant& plant, const sim::CartPendulumState& start) {
+        double cost_min = std::numeric_limits<double>::infinity();
+        const auto end = plant.simulate(
+            start, duration_s_,
+            [&](double time_s, const sim::CartPendulumState&) { return gmr.regress(time_s); },
+            [&](double, const sim::CartPendulumState& state, double) {
+              cost_min = std::min(cost_min, swing_up_cost(state));
+              return true;
+            });
+        if (!end) return Evaluation{.reward = 0, .status = RolloutStatus::kDiverged};
+        return Evaluation{.reward = elementary::exp(-alpha_ * cost_min)};
       });
-  if (!end) return {.reward = 0, .status = RolloutStatus::kDiverged};
-  return {.reward = elementary::exp(-alpha_ * cost_min)};
 }
 
 }  // namespace treeroll
