@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/settings_reader.h"
+#include "learner/fit/component_layers.h"
 #include "learner/fit/demonstration.h"
 #include "learner/fit/fit_tree.h"
 
@@ -76,15 +77,22 @@ std::vector<int> read_components(SettingsReader& policy, bool is_flat, int num_s
   return components;
 }
 
-}  // namespace
+ThetaLayout read_layout(SettingsReader& policy) {
+  const std::string word =
+      policy.choice("layout",
+                    {kThetaLayoutNames[0], kThetaLayoutNames[1], kThetaLayoutNames[2],
+                     kThetaLayoutNames[3], kThetaLayoutNames[4]},
+                    "means_cholesky");
+  std::size_t index = 0;
+  while (kThetaLayoutNames[index] != word) ++index;
+  return static_cast<ThetaLayout>(index);
+}
 
-StartPolicy read_start_policy(SettingsReader& policy) {
+TreeModel fit_demonstration(SettingsReader& policy, FrameKind frame_kind) {
   const std::string model = policy.choice("model", {"tree", "flat", "top_down_tree"}, "tree");
-  const std::string layout = policy.choice("layout", {"means", "means_cholesky"}, "means_cholesky");
-  const std::string frames = policy.choice("frames", {"eigenvector", "cholesky"}, "eigenvector");
   const CartAcceleration demonstration = read_demonstration(policy.table("demonstration"));
   FitSettings fit = read_fit(policy.table("fit"));
-  fit.frame_kind = frames == "cholesky" ? FrameKind::kCholesky : FrameKind::kEigenvector;
+  fit.frame_kind = frame_kind;
   const std::vector<int> components =
       read_components(policy, model == "flat", demonstration.num_samples);
   const double work = 1. * components.back() * demonstration.num_samples * fit.em.num_iterations;
@@ -96,15 +104,33 @@ StartPolicy read_start_policy(SettingsReader& policy) {
   const int num_layers = static_cast<int>(components.size());
   const Eigen::MatrixXd data = demonstrate(demonstration);
   try {
-    TreeModel tree = model == "flat"   ? fit_flat(data, components.back(), fit)
-                     : model == "tree" ? fit_bottom_up(data, components.front(), num_layers, fit)
-                                       : fit_top_down(data, components.back(), num_layers, fit);
-    return {std::move(tree), layout == "means" ? ThetaLayout::kMeans : ThetaLayout::kMeansCholesky};
+    return model == "flat"   ? fit_flat(data, components.back(), fit)
+           : model == "tree" ? fit_bottom_up(data, components.front(), num_layers, fit)
+                             : fit_top_down(data, components.back(), num_layers, fit);
   } catch (const FitError& error) {
     policy.refuse("fit", fmt::format("no model can be fitted: {}", error.what()));
   } catch (const std::invalid_argument& error) {
     policy.refuse("fit", fmt::format("no model can be fitted: {}", error.what()));
   }
+}
+
+TreeModel given_components(SettingsReader& policy, FrameKind frame_kind) {
+  const std::string model = policy.choice("model", {"tree", "flat"}, "tree");
+  TreeModel tree = read_component_layers(policy, frame_kind);
+  return model == "tree" ? tree : TreeModel::from_global(frame_kind, {tree.finest()}, {{}});
+}
+
+}  // namespace
+
+StartPolicy read_start_policy(SettingsReader& policy) {
+  const bool is_given = policy.choice("start", {"fit", "components"}, "fit") == "components";
+  const ThetaLayout layout = read_layout(policy);
+  const FrameKind frame_kind =
+      policy.choice("frames", {"eigenvector", "cholesky"}, "eigenvector") == "cholesky"
+          ? FrameKind::kCholesky
+          : FrameKind::kEigenvector;
+  return {is_given ? given_components(policy, frame_kind) : fit_demonstration(policy, frame_kind),
+          layout};
 }
 
 }  // namespace treeroll
