@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "common/base/settings_reader.h"
+#include "learner/app/demonstration_file.h"
 #include "learner/app/message_sizes.h"
 #include "learner/app/study_document.h"
 #include "learner/app/toml_source.h"
@@ -49,7 +50,7 @@ class PolicyCache {
     if (found != policies_.end()) return found->second;
     json resolved;
     SettingsReader reader(settings, "policy", resolved);
-    StartPolicy start = read_start_policy(reader);
+    StartPolicy start = read_start_policy(reader, read_demonstration_file);
     reader.finish();
     ResolvedPolicy policy{.start = std::move(start), .settings = std::move(resolved)};
     return policies_.emplace(key, std::move(policy)).first->second;
@@ -121,14 +122,29 @@ ConfigError in_condition(const ConfigError& error, const std::string& condition)
   return {error.key(), error.value(), fmt::format("{} (condition {})", error.rule(), condition)};
 }
 
+/// Files of a demonstration that are named relatively stand beside the study, wherever it is loaded
+/// from; resolved, they are absolute. What is no list of names is left for others to refuse.
+void find_demonstration_files(const std::filesystem::path& directory, json& settings) {
+  const json::json_pointer where("/policy/demonstration/files");
+  if (!settings.contains(where) || !settings[where].is_array()) return;
+  for (json& file : settings[where]) {
+    if (!file.is_string()) continue;
+    file = (std::filesystem::absolute(directory) / file.get<std::string>())
+               .lexically_normal()
+               .string();
+  }
+}
+
 /// Reads the conditions of a document one after the other.
 class StudyBuilder {
  public:
-  explicit StudyBuilder(const StudyDocument& document) : document_(document) {}
+  StudyBuilder(const StudyDocument& document, std::filesystem::path directory)
+      : document_(document), directory_(std::move(directory)) {}
 
   void add_condition(std::size_t index) {
     json settings;
     SettingOrigins origins = document_.settings(index, settings);
+    find_demonstration_files(directory_, settings);
     const std::string& name = document_.name(index);
     try {
       loaded_.study.conditions.push_back(read(name, settings));
@@ -203,6 +219,7 @@ class StudyBuilder {
   }
 
   const StudyDocument& document_;
+  std::filesystem::path directory_;
   PolicyCache policies_;
   LoadedStudy loaded_;
   json study_table_;
@@ -215,7 +232,7 @@ class StudyBuilder {
 LoadedStudy load_study(const std::filesystem::path& file,
                        const std::vector<std::string>& overrides) {
   const StudyDocument document(file, overrides);
-  StudyBuilder builder(document);
+  StudyBuilder builder(document, file.parent_path());
   for (std::size_t i = 0; i < document.num_conditions(); ++i) builder.add_condition(i);
   return builder.take();
 }

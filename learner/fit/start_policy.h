@@ -2,6 +2,7 @@
 
 #include "common/policy/theta_layout.h"
 #include "common/policy/tree_model.h"
+#include "learner/fit/csv_demonstration.h"
 
 namespace treeroll {
 
@@ -24,19 +25,18 @@ struct StartPolicy {
 ///   start = "fit"                  # or "components": see below
 ///   layout = "means_cholesky"      # what is explored: a name of kThetaLayoutNames
 ///   frames = "eigenvector"         # or "cholesky"
-///   [policy.demonstration]
-///   kind = "cart_acceleration"     # (4-5): time in s -> acceleration of the cart in m/s^2
-///   duration_s = 2.2
-///   samples = 200
-///   p = [-0.106, -0.185, 0.092, 0.134]
+///   [policy.demonstration]         # (4-5), or CSV files: see demonstration_settings.h
 ///   [policy.fit]
 ///   iterations = 500
 ///   regularisation = [1e-3, 1]     # variances added in each M step: s^2, (m/s^2)^2
-///   initial_output_deviation = 5   # zeta_2 of the components EM starts from, m/s^2
-///   split_axis = "cholesky"        # or "principal"
+///   start = "equally_spaced"       # components over the first input; or "kmeans"
+///   kmeans_seed = 1                # of "kmeans"
+///   initial_output_deviation = 5   # of "equally_spaced": zeta_2 of the components EM starts from,
+///   m/s^2 split_axis = "cholesky"        # or "principal"
 ///
 /// With start = "components" there is no demonstration and no fit; the layers stand as
 /// component_layers.h says, and model is "tree", or "flat" for the finest layer alone.
-StartPolicy read_start_policy(SettingsReader& policy);
+/// @param read_file  gives the files of a demonstration; without it there are none
+StartPolicy read_start_policy(SettingsReader& policy, const FileReader& read_file = {});
 
 }  // namespace treeroll
