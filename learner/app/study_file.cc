@@ -14,6 +14,7 @@
 
 #include "common/base/settings_reader.h"
 #include "common/policy/policy.h"
+#include "learner/app/demonstration_file.h"
 #include "learner/app/message_sizes.h"
 #include "learner/app/policy_file.h"
 #include "learner/app/study_document.h"
@@ -40,7 +41,7 @@ constexpr const char* kResolvedComment =
 /// More than the comment and [study] take.
 constexpr std::size_t kResolvedHeadBytesMax = 1024;
 
-constexpr const char* kStart = "start";
+constexpr const char* kGivenPolicy = "given";
 constexpr const char* kCommandLineOrigin = "--set";
 
 /// A start policy with its settings, defaults included.
@@ -64,14 +65,14 @@ class PolicyCache {
   /// checked all the same, but not kept.
   static ResolvedPolicy read(json settings) {
     std::optional<ResolvedPolicy> given;
-    if (settings.contains(kStart)) {
+    if (settings.contains(kGivenPolicy)) {
       given = read_given(settings);
-      settings.erase(kStart);
+      settings.erase(kGivenPolicy);
       if (settings.empty()) return *given;
     }
     json resolved;
     SettingsReader reader(settings, "policy", resolved);
-    StartPolicy start = read_start_policy(reader);
+    StartPolicy start = read_start_policy(reader, read_demonstration_file);
     reader.finish();
     if (given) return *given;
     return {.start = std::move(start), .settings = std::move(resolved)};
@@ -80,8 +81,8 @@ class PolicyCache {
   static ResolvedPolicy read_given(const json& settings) {
     json resolved;
     SettingsReader reader(settings, "policy", resolved);
-    Result<Policy> policy = policy_from_json(reader.string(kStart));
-    if (!policy) throw ConfigError("policy.start", "", policy.error().message);
+    Result<Policy> policy = policy_from_json(reader.string(kGivenPolicy));
+    if (!policy) throw ConfigError("policy.given", "", policy.error().message);
     return {.start = {.tree = std::move(policy->tree), .layout = policy->layout},
             .settings = std::move(resolved)};
   }
@@ -97,14 +98,14 @@ void read_start_file(const std::filesystem::path& study_file, const SettingOrigi
   const auto found = policy.find("start_file");
   if (found == policy.end()) return;
   if (!found->is_string()) throw ConfigError(kKey, found->dump(), "must be a string");
-  if (policy.contains(kStart)) {
-    throw ConfigError(kKey, found->dump(), "must not stand beside policy.start");
+  if (policy.contains(kGivenPolicy)) {
+    throw ConfigError(kKey, found->dump(), "must not stand beside policy.given");
   }
   std::filesystem::path path = found->get<std::string>();
   if (path.is_relative() && origin_of(origins, kKey) != kCommandLineOrigin) {
     path = study_file.parent_path() / path;
   }
-  policy[kStart] = to_json(read_policy_file(kKey, path).policy);
+  policy[kGivenPolicy] = to_json(read_policy_file(kKey, path).policy);
   policy.erase("start_file");
 }
 
@@ -170,6 +171,19 @@ ConfigError in_condition(const ConfigError& error, const std::string& condition)
   return {error.key(), error.value(), fmt::format("{} (condition {})", error.rule(), condition)};
 }
 
+/// Files of a demonstration that are named relatively stand beside the study, wherever it is loaded
+/// from; resolved, they are absolute. What is no list of names is left for others to refuse.
+void find_demonstration_files(const std::filesystem::path& directory, json& settings) {
+  const json::json_pointer where("/policy/demonstration/files");
+  if (!settings.contains(where) || !settings[where].is_array()) return;
+  for (json& file : settings[where]) {
+    if (!file.is_string()) continue;
+    file = (std::filesystem::absolute(directory) / file.get<std::string>())
+               .lexically_normal()
+               .string();
+  }
+}
+
 /// Reads the conditions of a document one after the other.
 class StudyBuilder {
  public:
@@ -179,6 +193,7 @@ class StudyBuilder {
   void add_condition(std::size_t index) {
     json settings;
     SettingOrigins origins = document_.settings(index, settings);
+    find_demonstration_files(file_.parent_path(), settings);
     const std::string& name = document_.name(index);
     try {
       read_start_file(file_, origins, settings.at("policy"));

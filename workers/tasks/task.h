@@ -98,7 +98,7 @@ void add_task(TaskRegistry& registry, const std::string& name) {
   });
 }
 
-/// Registers swing_up and synthetic.
+/// Registers hold, spiral, swing_up, synthetic and trajectory.
 void add_standard_tasks(TaskRegistry& registry);
 
 /// A description as JSON, an object with the names of TaskDescription's members: what
