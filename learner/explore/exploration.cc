@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/base/check.h"
+#include "learner/explore/experience.h"
 
 namespace treeroll {
 namespace {
@@ -72,9 +73,15 @@ void Exploration::keep_if_best(const Draw& draw, double reward) {
 
 void Exploration::go_to_next_layer() {
   const Policy& left = policies_.back();
-  Policy next{left.tree_with(mean()), left.layer + 1, left.layout};
-  policies_.push_back(std::move(next));
-  search_ = LayerSearch(settings_, policies_.back().theta());
+  policies_.push_back({left.tree_with(mean()), left.layer + 1, left.layout});
+  const Policy& next = policies_.back();
+  LayerSearch search(settings_, next.theta());
+  if (settings_.reuse) {
+    search.reuse(settings_, project_experience(left, next, search_.history()),
+                 experience_jacobian(left, next, mean(), noise().diagonal().cwiseSqrt()),
+                 num_told_);
+  }
+  search_ = std::move(search);
 }
 
 void Exploration::draw_what_is_permitted() {

@@ -56,6 +56,7 @@ ExplorationSettings read_exploration_settings(SettingsReader& exploration, const
       exploration.number("minimum_noise_decay_power", {.min = 0, .max = 10, .min_allowed = false},
                          settings.minimum_noise_decay_power);
 
+  settings.reuse = exploration.boolean("reuse", settings.reuse);
   const int num_layers = start.num_layers();
   settings.first_layer = integer("first_layer", 1, num_layers, 1);
   settings.last_layer = integer("last_layer", 1, num_layers, num_layers);

@@ -23,8 +23,9 @@ struct ExplorationSettings {
   double minimum_noise_fraction = 5e-3;  ///< eps_noise: minimum noise = eps_noise * noise_variance
   int minimum_noise_decay_start = 0;     ///< n0; 0: no decay. After n > n0 results of the run the
   double minimum_noise_decay_power = 1;  ///< minimum noise is multiplied by (n0 / n)^power
-  int first_layer = 1;                   ///< explored first
-  int last_layer = 1;                    ///< explored to the end of the budget
+  bool reuse = true;    ///< the next layer begins with the experience of the one left
+  int first_layer = 1;  ///< explored first
+  int last_layer = 1;   ///< explored to the end of the budget
   bool operator==(const ExplorationSettings&) const = default;
 };
 

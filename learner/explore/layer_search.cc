@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/base/check.h"
+#include "learner/explore/experience.h"
 #include "learner/explore/perturbation.h"
 
 namespace treeroll {
@@ -28,6 +29,27 @@ LayerSearch::LayerSearch(const ExplorationSettings& settings, Eigen::VectorXd th
   distribution_.mean = std::move(theta);
 }
 
+Eigen::VectorXd LayerSearch::minimum_noise(const ExplorationSettings& settings,
+                                           int num_results_of_run) const {
+  return settings.minimum_noise_fraction * minimum_noise_decay(settings, num_results_of_run) *
+         noise_variance_;
+}
+
+void LayerSearch::reuse(const ExplorationSettings& settings, std::vector<RatedRollout> experience,
+                        const std::optional<Eigen::MatrixXd>& jacobian, int num_results_of_run) {
+  CHECK(num_results_ == 0 && !factor_, "experience is what a search begins with");
+  for (RatedRollout& rollout : experience) history_.add(std::move(rollout));
+  if (history_.ranked().empty()) return;
+  has_experience_ = true;
+  if (!jacobian) return;
+  const std::optional<SearchDistribution> learnt = power_update(
+      history_.ranked(), distribution_.mean, minimum_noise(settings, num_results_of_run));
+  if (!learnt) return;
+  // The mean is the policy the layer left came to: experience shapes only the noise.
+  distribution_.noise =
+      with_unexplored_directions(learnt->noise, *jacobian, noise_variance_.cwiseSqrt());
+}
+
 Eigen::VectorXd LayerSearch::draw(RandomStream stream) {
   if (!factor_) factor_ = noise_factor(distribution_.noise);
   return perturb(distribution_.mean, *factor_, stream);
@@ -38,12 +60,10 @@ void LayerSearch::learn(const ExplorationSettings& settings, RatedRollout rollou
   ++num_results_;
   window_.add(rollout.reward);
   history_.add(std::move(rollout));
-  if (num_results_ < settings.first_update) return;
+  if (!has_experience_ && num_results_ < settings.first_update) return;
 
-  const double fraction =
-      settings.minimum_noise_fraction * minimum_noise_decay(settings, num_results_of_run);
-  std::optional<SearchDistribution> updated =
-      power_update(history_.ranked(), distribution_.mean, fraction * noise_variance_);
+  std::optional<SearchDistribution> updated = power_update(
+      history_.ranked(), distribution_.mean, minimum_noise(settings, num_results_of_run));
   if (!updated) return;
   distribution_ = *std::move(updated);
   factor_.reset();

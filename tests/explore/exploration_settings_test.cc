@@ -35,6 +35,7 @@ TEST(ExplorationSettingsTest, DefaultsToTable43AndToEveryLayerOfTheTree) {
   expected.initial_noise_factor = 1;
   expected.minimum_noise_fraction = 5e-3;
   expected.minimum_noise_decay_start = 0;
+  expected.reuse = true;
   expected.first_layer = 1;
   expected.last_layer = 2;
   EXPECT_EQ(settings, expected);
@@ -51,6 +52,7 @@ TEST(ExplorationSettingsTest, ReadsEveryKey) {
                       {"minimum_noise_fraction", .02},
                       {"minimum_noise_decay_start", 50},
                       {"minimum_noise_decay_power", 2},
+                      {"reuse", false},
                       {"first_layer", 2},
                       {"last_layer", 2}};
   json resolved;
@@ -65,6 +67,7 @@ TEST(ExplorationSettingsTest, ReadsEveryKey) {
   expected.minimum_noise_fraction = .02;
   expected.minimum_noise_decay_start = 50;
   expected.minimum_noise_decay_power = 2;
+  expected.reuse = false;
   expected.first_layer = 2;
   expected.last_layer = 2;
   EXPECT_EQ(settings, expected);
@@ -110,6 +113,7 @@ TEST(ExplorationSettingsTest, NamesKeyAndRuleOfWhatItRefuses) {
        "exploration.minimum_noise_decay_start = -1: must be an integer from 0 to 1000000000"},
       {"minimum_noise_decay_power", 0,
        "exploration.minimum_noise_decay_power = 0: must be a finite number above 0 and at most 10"},
+      {"reuse", 1, "exploration.reuse = 1: must be true or false"},
       {"first_layer", 3, "exploration.first_layer = 3: must be an integer from 1 to 2"},
       {"last_layer", 3, "exploration.last_layer = 3: must be an integer from 1 to 2"},
   };
