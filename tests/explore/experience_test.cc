@@ -7,6 +7,7 @@
 
 #include "common/base/random_stream.h"
 #include "common/policy/gmr.h"
+#include "learner/explore/power_update.h"
 #include "trees.h"
 
 namespace treeroll {
