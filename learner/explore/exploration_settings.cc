@@ -46,7 +46,6 @@ class Reader {
         source_.choice("generation", {"complete", "stale"}, "complete") == "complete";
     switch (settings_.rule) {
       case RuleKind::kPi2:
-        settings_.covariance_learning_rate = .5;
         settings_.eliteness =
             source_.number("eliteness", {.min = 0, .max = 1000, .min_allowed = false}, 10);
         return read_noise_update();
@@ -122,7 +121,7 @@ class Reader {
   void read_minimum_noise() {
     // The generations of a population rule give the noise full rank by themselves: 0 is no floor.
     const bool may_be_none = settings_.rule != RuleKind::kPower;
-    if (settings_.rule == RuleKind::kPi2) settings_.minimum_noise_fraction = 0;
+    if (may_be_none) settings_.minimum_noise_fraction = 0;
     settings_.minimum_noise_fraction =
         source_.number("minimum_noise_fraction", may_be_none ? kFactorOrNone : kFactor,
                        settings_.minimum_noise_fraction);

@@ -28,7 +28,7 @@ struct ExplorationSettings {
   int population = 0;                    ///< lambda, results between updates; 0 with PoWER
   bool complete_generations = true;      ///< draws wait for their generation; false: stale members
   double eliteness = 10;                 ///< PI2-BB: h
-  double covariance_learning_rate = 1;   ///< PI2-BB, CEM
+  double covariance_learning_rate = .5;  ///< PI2-BB, CEM
   double noise_decay = 1;                ///< PI2-BB, CEM: factor on the noise at each update
   int elites = 5;                        ///< CEM
   bool active = true;                    ///< CMA-ES: negative weights

@@ -101,6 +101,7 @@ TEST(ExplorationSettingsTest, ReadsTheKeysOfEachRule) {
   cem.rule = RuleKind::kCem;
   cem.population = 4;
   cem.elites = 3;
+  cem.minimum_noise_fraction = 0;
   cem.noise_variance = {.1, 1};
   cem.last_layer = 2;
   table = {{"rule", "cem"}, {"noise_variance", {.1, 1}}, {"population", 4}, {"elites", 3}};
