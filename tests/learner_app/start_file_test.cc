@@ -86,10 +86,10 @@ TEST(StartFileTest, ErrorsNameTheLineAndTheFile) {
   EXPECT_THAT(error_with("start_file = \"start.json\"", std::string((1U << 20U) + 1, ' ')),
               HasSubstr("is too large"));
   EXPECT_THAT(error_with("start_file = \"start.json\"\nstart = \"{}\"", "{}"),
-              HasSubstr("must not stand beside policy.start"));
+              HasSubstr("must not stand beside policy.given"));
   EXPECT_THAT(error_with("start = \"{}\"", ""),
-              HasSubstr("FILE:9: policy.start: policy: $.format"));
-  EXPECT_THAT(error_with("start = 3", ""), HasSubstr("policy.start = 3: must be a string"));
+              HasSubstr("FILE:9: policy.given: policy: $.format"));
+  EXPECT_THAT(error_with("given = 3", ""), HasSubstr("policy.given = 3: must be a string"));
 }
 
 TEST(StartFileTest, WhatElseIsSaidOfThePolicyDoesNotCountButIsChecked) {
