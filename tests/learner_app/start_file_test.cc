@@ -85,9 +85,9 @@ TEST(StartFileTest, ErrorsNameTheLineAndTheFile) {
   EXPECT_THAT(error_with("start_file = \"start.json\"", "{}"), HasSubstr("$.format"));
   EXPECT_THAT(error_with("start_file = \"start.json\"", std::string((1U << 20U) + 1, ' ')),
               HasSubstr("is too large"));
-  EXPECT_THAT(error_with("start_file = \"start.json\"\nstart = \"{}\"", "{}"),
+  EXPECT_THAT(error_with("start_file = \"start.json\"\ngiven = \"{}\"", "{}"),
               HasSubstr("must not stand beside policy.given"));
-  EXPECT_THAT(error_with("start = \"{}\"", ""),
+  EXPECT_THAT(error_with("given = \"{}\"", ""),
               HasSubstr("FILE:9: policy.given: policy: $.format"));
   EXPECT_THAT(error_with("given = 3", ""), HasSubstr("policy.given = 3: must be a string"));
 }

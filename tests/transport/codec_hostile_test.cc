@@ -170,7 +170,7 @@ TEST(CodecHostileTest, EveryCountIsHeldToItsLimit) {
   Writer status(Channel::kWorkerStatus);
   status.i64(1).text("h").i32(1).text("v").text("n").i32(1).i32(1).i32(1).i8(0).zeros(40);
   Writer nested = status;
-  nested.i32(1).i64(1).i64(1);
+  nested.i32(1).i64(1).i64(1).i64(1);
   const std::vector<HostileList> lists = {
       {"rollout_batch.rollouts", Channel::kRolloutBatch,
        Writer(Channel::kRolloutBatch).i64(1).i64(1).bytes(), protocol::kRolloutsPerBatchMax},
@@ -181,10 +181,10 @@ TEST(CodecHostileTest, EveryCountIsHeldToItsLimit) {
        Writer(Channel::kRolloutBatch).i64(1).i64(1).i32(0).bytes(),
        protocol::kAcknowledgementsPerBatchMax},
       {"reward_batch.results", Channel::kRewardBatch,
-       Writer(Channel::kRewardBatch).i64(1).i64(1).i64(1).i32(1).i64(1).bytes(),
+       Writer(Channel::kRewardBatch).i64(1).i64(1).i64(1).i32(1).i64(1).i64(1).bytes(),
        protocol::kResultsPerBatchMax},
       {"reward_batch.held", Channel::kRewardBatch,
-       Writer(Channel::kRewardBatch).i64(1).i64(1).i64(1).i32(1).i64(1).i32(0).bytes(),
+       Writer(Channel::kRewardBatch).i64(1).i64(1).i64(1).i32(1).i64(1).i64(1).i32(0).bytes(),
        kHeldPerMessageMax},
       {"worker_status.held", Channel::kWorkerStatus, status.bytes(),
        protocol::kLearnersPerStatusMax},
@@ -273,11 +273,11 @@ TEST(CodecHostileTest, BadValuesAreRefusedByName) {
       {infinite, "reward_batch.results[1].reward: -inf is not a finite number"},
       {status, "reward_batch.results[1].status: 5 is not within 0..4"},
       {negative_status, "reward_batch.results[1].status: -1 is not within 0..4"},
-      {duration, "reward_batch.results[1].duration_ns: -3 is negative"},
+      {duration, "reward_batch.results[1].duration_ns: -3 is not within 0..8640000000000000"},
       {run, "reward_batch.results[1].key.run: -1 is negative"},
       {theta, "rollout_batch.rollouts[0].theta[2]: inf is not a finite number"},
       {learner, "rollout_batch.learner_id: -7 is negative"},
-      {slots, "worker_status.free_slots: -1 is negative"},
+      {slots, "worker_status.free_slots: -1 is not within 0..4096"},
       {slope, "run_status.reward_slope: nan is not a finite number"},
       {name, "learner_status.study: length with its NUL 1026 is not within 1..1025"},
   };
