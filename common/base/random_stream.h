@@ -10,6 +10,7 @@ enum class RandomPurpose : std::uint32_t {
   kPerturbation = 0,  ///< exploration noise of a roll-out
   kTaskSeed = 1,      ///< seed handed to a task that is not deterministic
   kPopulation = 2,    ///< draws of an update rule beyond the perturbation of one roll-out
+  kFit = 3,           ///< start of a fit to a demonstration
 };
 
 /// Random numbers as a pure function of their key: the counter-based generator Philox4x64-10

@@ -156,6 +156,63 @@ std::vector<double> SettingsReader::numbers(std::string_view key, NumberRule rul
   return list;
 }
 
+std::vector<std::vector<double>> SettingsReader::rows(
+    std::string_view key, NumberRule rule, std::size_t rows_max, std::size_t size_min,
+    std::size_t size_max, std::optional<std::vector<std::vector<double>>> fallback) {
+  const json* value = find(key);
+  if (!value) require(key, fallback.has_value());
+  std::vector<std::vector<double>> rows;
+  if (value) {
+    if (!value->is_array() || value->empty()) refuse(key, "must be a list of lists of numbers");
+    const bool is_flat = value->front().is_number();
+    if (is_flat && size_min > 1) rows.emplace_back();
+    for (const json& element : *value) {
+      if (element.is_number() != is_flat || !(is_flat || element.is_array())) {
+        refuse(key, "must be a list of lists of numbers");
+      }
+      if (!is_flat || size_min == 1) rows.emplace_back();
+      const auto append = [&](const json& number) {
+        if (!number.is_number() || !obeys(number.get<double>(), rule)) {
+          refuse(key, fmt::format("each number of the lists {}", describe(rule)));
+        }
+        rows.back().push_back(number.get<double>());
+      };
+      if (is_flat) {
+        append(element);
+      } else {
+        for (const json& number : element) append(number);
+      }
+    }
+  } else {
+    rows = *fallback;
+  }
+  if (rows.size() > rows_max) refuse(key, fmt::format("must hold at most {} lists", rows_max));
+  for (const std::vector<double>& row : rows) {
+    if (row.size() < size_min || row.size() > size_max) {
+      refuse(key, size_min == size_max ? fmt::format("each list must hold {} numbers", size_min)
+                                       : fmt::format("each list must hold from {} to {} numbers",
+                                                     size_min, size_max));
+    }
+    if (row.size() != rows[0].size()) refuse(key, "all lists must be equally long");
+  }
+  (*resolved_)[std::string(key)] = rows;
+  return rows;
+}
+
+std::vector<std::string> SettingsReader::strings(std::string_view key, std::size_t size_max) {
+  const json* value = find(key);
+  if (!value) require(key, false);
+  const std::string rule = fmt::format("must be a list of 1 to {} strings", size_max);
+  if (!value->is_array() || value->empty() || value->size() > size_max) refuse(key, rule);
+  std::vector<std::string> list;
+  for (const json& element : *value) {
+    if (!element.is_string()) refuse(key, rule);
+    list.push_back(element.get<std::string>());
+  }
+  (*resolved_)[std::string(key)] = list;
+  return list;
+}
+
 SettingsReader SettingsReader::table(std::string_view key) {
   const json* value = find(key);
   return SettingsReader(value ? *value : empty_object(), full(key), (*resolved_)[std::string(key)]);

@@ -50,6 +50,13 @@ class SettingsReader {
   std::vector<double> numbers(std::string_view key, NumberRule rule, std::size_t min_size,
                               std::size_t max_size,
                               std::optional<std::vector<double>> fallback = {});
+  /// A list of rows of numbers, all equally long: [[1, 2], [3, 4]]. A list of plain numbers stands
+  /// for rows of one number where rows may be that short, and else for a single row.
+  std::vector<std::vector<double>> rows(
+      std::string_view key, NumberRule rule, std::size_t rows_max, std::size_t size_min,
+      std::size_t size_max, std::optional<std::vector<std::vector<double>>> fallback = {});
+  /// A list of strings, between 1 and size_max long.
+  std::vector<std::string> strings(std::string_view key, std::size_t size_max);
   /// A table below this one; absent counts as empty.
   SettingsReader table(std::string_view key);
 

@@ -33,7 +33,7 @@ struct Policy {
 /// an Error names the place and the rule. The format:
 ///
 ///   {"format": "treeroll-policy", "version": 1, "frames": "eigenvector" | "cholesky",
-///    "layout": "means" | "means_cholesky", "input_dim": 1, "layer": 2,
+///    "layout": one of kThetaLayoutNames, "input_dim": 1, "layer": 2,
 ///    "layers": [[{"parent": -1, "prior": .5, "mean": [d numbers],
 ///                 "covariance": [lower triangle, row by row],
 ///                 "axes": [d x d, row by row; eigenvector frames above the finest layer only]},

@@ -96,7 +96,11 @@ struct Place {
 
 // Words in the order of the enumerations.
 const std::vector<const char*> kFrameWords = {"eigenvector", "cholesky"};
-const std::vector<const char*> kLayoutWords = {"means", "means_cholesky"};
+const std::vector<const char*> kLayoutWords = [] {
+  std::vector<const char*> words;
+  for (const std::string_view name : kThetaLayoutNames) words.push_back(name.data());
+  return words;
+}();
 
 json lower_triangle(const Eigen::MatrixXd& matrix) {
   json list = json::array();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 /// Every bound on what comes from or goes to the network, in one place. A message past one of them
 /// is refused as a whole before anything of it is used.
@@ -18,6 +19,11 @@ inline constexpr int kAcknowledgementsPerBatchMax = 1024;
 inline constexpr int kResultsPerBatchMax = 1024;
 inline constexpr int kHeldPerMessageMax = 4096;
 inline constexpr int kLearnersPerStatusMax = 64;
+inline constexpr int kEvaluatorsPerWorkerMax = 1024;
+/// Running numbers (batches, results): far from where adding to them could overflow.
+inline constexpr std::int64_t kRunningNumberMax = std::int64_t{1} << 62U;
+/// No evaluation takes longer: 100 days.
+inline constexpr std::int64_t kDurationNsMax = std::int64_t{100} * 24 * 3600 * 1'000'000'000;
 inline constexpr int kDefinitionsPerRequestMax = 256;
 inline constexpr int kThetaDimMax = 4096;
 inline constexpr std::size_t kDefinitionBytesMax = 64000;

@@ -73,6 +73,7 @@ struct RewardBatch {
   std::int64_t last_batch = 0;   ///< highest sequence received from this learner
   std::int32_t free_slots = 0;   ///< roll-outs it has room for beyond those it holds
   std::int64_t first_index = 0;  ///< index of results[0]; 1, 2, ... for each learner
+  std::int64_t last_index = 0;   ///< of its newest result, which may be in a later batch
   std::vector<RolloutResult> results;
   std::vector<RolloutKey> held;  ///< queued or running or waiting for a definition
   bool operator==(const RewardBatch&) const = default;
@@ -82,6 +83,7 @@ struct RewardBatch {
 struct HeldRollouts {
   LearnerId learner_id = 0;
   std::int64_t last_batch = 0;
+  std::int64_t last_index = 0;  ///< of its newest result for this learner
   std::vector<RolloutKey> keys;
   bool operator==(const HeldRollouts&) const = default;
 };

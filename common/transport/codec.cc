@@ -27,6 +27,7 @@ struct ToWire {
     w = m;
   }
   void count(const char*, auto& m, auto& w) { copy(m, w); }
+  void bounded(const char*, auto& m, auto& w, std::int64_t) { copy(m, w); }
   void integer(const char*, auto& m, auto& w) { copy(m, w); }
   void number(const char*, auto& m, auto& w) { copy(m, w); }
   void flag(const char*, auto& m, auto& w) { copy(m, w); }
@@ -56,6 +57,7 @@ struct ToWire {
 
 struct FromWire {
   void count(const char*, auto& m, auto& w) { m = w; }
+  void bounded(const char*, auto& m, auto& w, std::int64_t) { m = w; }
   void integer(const char*, auto& m, auto& w) { m = w; }
   void number(const char*, auto& m, auto& w) { m = w; }
   void flag(const char*, auto& m, auto& w) { m = w != 0; }

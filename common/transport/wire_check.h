@@ -36,6 +36,13 @@ class Checker {
     }
   }
   template <class M, class W>
+  void bounded(const char* name, M&, W&, std::int64_t max) {
+    const Step step(*this, name);
+    if (const auto value = integer_of(sizeof(W)); value && (*value < 0 || *value > max)) {
+      refuse(std::to_string(*value) + " is not within 0.." + std::to_string(max));
+    }
+  }
+  template <class M, class W>
   void integer(const char* name, M&, W&) {
     const Step step(*this, name);
     integer_of(sizeof(W));

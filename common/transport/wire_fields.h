@@ -23,6 +23,7 @@
 ///
 /// What a visitor is asked, with the field's name, the message's field and the LCM field:
 ///   count        an integer that is not negative
+///   bounded      the same, with a highest value
 ///   integer      any integer
 ///   number       a finite double
 ///   flag         a boolean
@@ -77,7 +78,7 @@ struct Fields<protocol::RolloutBatch> {
   using Wire = rollout_batch_t;
   static void visit(auto& v, auto& m, auto& w) {
     v.count("learner_id", m.learner_id, w.learner_id);
-    v.count("sequence", m.sequence, w.sequence);
+    v.bounded("sequence", m.sequence, w.sequence, protocol::kRunningNumberMax);
     v.records("rollouts", m.rollouts, w.num_rollouts, w.rollouts, protocol::kRolloutsPerBatchMax);
     v.records("acknowledgements", m.acknowledgements, w.num_acknowledgements, w.acknowledgements,
               protocol::kAcknowledgementsPerBatchMax);
@@ -94,7 +95,7 @@ struct Fields<protocol::RolloutResult> {
     v.integer("content", m.content, w.content);
     v.number("reward", m.reward, w.reward);
     v.status("status", m.status, w.status);
-    v.count("duration_ns", m.duration_ns, w.duration_ns);
+    v.bounded("duration_ns", m.duration_ns, w.duration_ns, protocol::kDurationNsMax);
   }
 };
 
@@ -104,9 +105,10 @@ struct Fields<protocol::RewardBatch> {
   static void visit(auto& v, auto& m, auto& w) {
     v.count("worker_id", m.worker_id, w.worker_id);
     v.count("learner_id", m.learner_id, w.learner_id);
-    v.count("last_batch", m.last_batch, w.last_batch);
-    v.count("free_slots", m.free_slots, w.free_slots);
-    v.count("first_index", m.first_index, w.first_index);
+    v.bounded("last_batch", m.last_batch, w.last_batch, protocol::kRunningNumberMax);
+    v.bounded("free_slots", m.free_slots, w.free_slots, protocol::kHeldPerMessageMax);
+    v.bounded("first_index", m.first_index, w.first_index, protocol::kRunningNumberMax);
+    v.bounded("last_index", m.last_index, w.last_index, protocol::kRunningNumberMax);
     v.records("results", m.results, w.num_results, w.results, protocol::kResultsPerBatchMax);
     v.records("held", m.held, w.num_held, w.held, protocol::kHeldPerMessageMax);
     v.mac(w.mac);
@@ -118,7 +120,8 @@ struct Fields<protocol::HeldRollouts> {
   using Wire = held_rollouts_t;
   static void visit(auto& v, auto& m, auto& w) {
     v.count("learner_id", m.learner_id, w.learner_id);
-    v.count("last_batch", m.last_batch, w.last_batch);
+    v.bounded("last_batch", m.last_batch, w.last_batch, protocol::kRunningNumberMax);
+    v.bounded("last_index", m.last_index, w.last_index, protocol::kRunningNumberMax);
     v.records("keys", m.keys, w.num_keys, w.keys, protocol::kHeldPerMessageMax);
   }
 };
@@ -132,8 +135,9 @@ struct Fields<protocol::WorkerStatus> {
     v.count("pid", m.pid, w.pid);
     v.text("version", m.version, w.version, protocol::kStringBytesMax);
     v.text("numeric_class", m.numeric_class, w.numeric_class, protocol::kStringBytesMax);
-    v.count("num_evaluators", m.num_evaluators, w.num_evaluators);
-    v.count("free_slots", m.free_slots, w.free_slots);
+    v.bounded("num_evaluators", m.num_evaluators, w.num_evaluators,
+              protocol::kEvaluatorsPerWorkerMax);
+    v.bounded("free_slots", m.free_slots, w.free_slots, protocol::kHeldPerMessageMax);
     v.count("receive_buffer_bytes", m.receive_buffer_bytes, w.receive_buffer_bytes);
     v.flag("draining", m.draining, w.draining);
     v.count("num_evaluated", m.num_evaluated, w.num_evaluated);

@@ -3,9 +3,14 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <exception>
+#include <fstream>
+#include <iterator>
 #include <random>
 #include <stdexcept>
 
@@ -18,6 +23,7 @@
 #include "learner/app/study_file.h"
 #include "learner/app/task_survey.h"
 #include "learner/core/learner_core.h"
+#include "learner/journal/journal_file.h"
 #include "learner/report/summary.h"
 
 namespace treeroll {
@@ -26,11 +32,26 @@ namespace {
 namespace fs = std::filesystem;
 using transport::Channel;
 
+/// How long an accepted result may wait for stable storage, and its worker for the acknowledgement:
+/// less than the 20 ms after which a worker repeats it.
+constexpr Duration kSyncPeriod = std::chrono::milliseconds(10);
+
 /// A fresh name for this incarnation: answers to an earlier one cannot pass.
 protocol::LearnerId draw_learner_id() {
   std::random_device device;
   const std::uint64_t bits = (static_cast<std::uint64_t>(device()) << 32U) | device();
   return static_cast<protocol::LearnerId>(bits >> 1U) | 1;
+}
+
+std::int64_t wall_time_us() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+}
+
+std::string read_text(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw std::runtime_error(fmt::format("cannot read {}", path.string()));
+  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 void log(const LogLine& line) {
@@ -61,28 +82,73 @@ class LearnerDaemon {
     core_ = std::make_unique<LearnerCore>(std::move(study), settings_);
   }
 
-  /// @return true when the study is done, false when it was stopped
-  bool run() {
-    loop_.on_signals({SIGINT, SIGTERM}, [this](int signal) {
-      spdlog::warn("stopped by {}", strsignal(signal));
-      stopped_ = true;
-      loop_.stop();
+  /// Opens the journal, folds what it holds, and begins to write.
+  void open_journal(const fs::path& path, const ContentHash& study_id) {
+    journal_.emplace(path);
+    LearnerEffects unsent;  // workers ask for definitions when they need them
+    const TimePoint now = loop_.now();
+    core_->step(now, learner_event::Started{}, unsent);
+    const JournalStart start{kAlgorithmVersion, study_id, settings_.learner_id};
+    Result<JournalTail> tail = read_journal(path, [&](const JournalRecord& record) {
+      if (const auto* before = std::get_if<JournalStart>(&record)) check_same_study(*before, start);
+      if (const auto* result = std::get_if<AcceptedResult>(&record)) {
+        core_->step(now, learner_event::Recovered{result}, unsent);
+        if (core_->outcome() == LearnerCore::Outcome::kFailed) {
+          throw std::runtime_error(core_->failure());
+        }
+        unsent = {};
+      }
     });
-    if (options_.local_workers > 0) {
-      local_worker_.emplace(options_);
-      loop_.on_signals({SIGCHLD}, [this](int) { local_worker_->on_child_ended(); });
+    if (!tail) throw std::runtime_error(tail.error().message);
+    if (tail->torn_bytes > 0) {
+      spdlog::warn("{}: cut off {} bytes that an interrupted learner left", path.string(),
+                   tail->torn_bytes);
     }
-    step(learner_event::Started{});
+    journal_->continue_after(*tail);
+    journal_->append(start, wall_time_us());
+    journal_->sync();
+  }
+
+  void run() {
+    if (core_->outcome() != LearnerCore::Outcome::kRunning) return finish();
+    loop_.on_signals({SIGINT, SIGTERM}, [this](int signal) { stop(signal); });
+    if (options_.local_workers > 0) {
+      loop_.on_signals({SIGCHLD}, [this](int) {
+        if (local_worker_) local_worker_->watch(loop_.now());
+      });
+      local_worker_.emplace(options_, loop_.now());
+    }
+    on_timer();
     loop_.run();
+    if (failure_) std::rethrow_exception(failure_);
     if (core_->outcome() == LearnerCore::Outcome::kFailed) {
       throw ConfigError("task", "", core_->failure());
     }
-    return !stopped_;
+    finish();
   }
 
   const LearnerCore& core() const { return *core_; }
 
  private:
+  static void check_same_study(const JournalStart& before, const JournalStart& now) {
+    if (before.study_id != now.study_id) {
+      throw std::runtime_error("the journal belongs to another study than study.toml");
+    }
+    if (before.algorithm_version != now.algorithm_version) {
+      throw std::runtime_error(
+          fmt::format("the journal was written by version {} of the algorithm, this is version {}",
+                      before.algorithm_version, now.algorithm_version));
+    }
+  }
+
+  void stop(int signal) {
+    if (is_stopping_) return loop_.stop();
+    spdlog::warn("{}: waits for the roll-outs under way; once more ends at once",
+                 strsignal(signal));
+    is_stopping_ = true;
+    step(learner_event::StopRequested{});
+  }
+
   void receive(const protocol::Message& message) {
     step(learner_event::Received{&message});
     if (answer_is_due_) return;
@@ -93,10 +159,38 @@ class LearnerDaemon {
     });
   }
 
+  void on_timer() {
+    if (local_worker_) local_worker_->watch(loop_.now());
+    if (sync_at_ && loop_.now() >= *sync_at_) sync();
+    if (loop_.now() >= core_->next_deadline()) step(learner_event::Timer{});
+    set_timer();
+  }
+
+  void sync() {
+    sync_at_.reset();
+    try {
+      journal_->sync();
+    } catch (const std::runtime_error&) {
+      return fail();
+    }
+    step(learner_event::Synced{});
+  }
+
+  /// Effects in their order: what is not in the journal is not drawn upon.
   void step(const LearnerEvent& event) {
+    if (failure_) return;
     const TimePoint now = loop_.now();
     LearnerEffects effects;
     core_->step(now, event, effects);
+    try {
+      for (const AcceptedResult& result : effects.accepted) {
+        journal_->append(result, wall_time_us());
+      }
+      journal_->flush();
+    } catch (const std::runtime_error&) {
+      return fail();
+    }
+    if (journal_->has_unsynced() && !sync_at_) sync_at_ = now + kSyncPeriod;
     for (const protocol::Message& message : effects.send) {
       bus_->publish(message);
       if (const auto* status = std::get_if<protocol::LearnerStatus>(&message)) {
@@ -106,7 +200,26 @@ class LearnerDaemon {
     }
     for (const LogLine& line : effects.log) log(line);
     if (core_->outcome() != LearnerCore::Outcome::kRunning) return loop_.stop();
-    loop_.set_timer(core_->next_deadline(), [this] { step(learner_event::Timer{}); });
+    set_timer();
+  }
+
+  void set_timer() {
+    TimePoint deadline = core_->next_deadline();
+    if (sync_at_) deadline = std::min(deadline, *sync_at_);
+    loop_.set_timer(deadline, [this] { on_timer(); });
+  }
+
+  /// A learner that cannot write must not go on; called inside a catch.
+  void fail() {
+    failure_ = std::current_exception();
+    loop_.stop();
+  }
+
+  void finish() {
+    sync();  // and the last acknowledgements
+    if (failure_) std::rethrow_exception(failure_);
+    journal_->append(JournalSeal{}, wall_time_us());
+    journal_->sync();
   }
 
   transport::Loop loop_;
@@ -114,47 +227,55 @@ class LearnerDaemon {
   const LearnerOptions& options_;
   std::unique_ptr<transport::Bus> bus_;
   std::unique_ptr<LearnerCore> core_;
+  std::optional<JournalWriter> journal_;
   std::optional<LocalWorker> local_worker_;
   ProgressLine progress_;
+  std::optional<TimePoint> sync_at_;
   bool answer_is_due_ = false;
-  bool stopped_ = false;
+  bool is_stopping_ = false;
+  std::exception_ptr failure_;
 };
 
 }  // namespace
 
 int run_learner(const LearnerOptions& options) {
-  const LoadedStudy loaded = load_study(options.study_file, options.overrides);
-  const std::map<std::string, TaskFacts> facts = survey_tasks(loaded, options);
-  const fs::path directory =
-      options.state_dir.empty() ? fs::path("treeroll-runs") / loaded.study.name : options.state_dir;
-  check_state_directory(directory);
-
+  const bool resumes = !options.resume_dir.empty();
+  if (resumes) check_resumable(options.resume_dir);
+  const LoadedStudy loaded =
+      load_study(resumes ? study_of(options.resume_dir) : options.study_file, options.overrides);
   LearnerSettings settings;
   settings.learner_id = draw_learner_id();
-  settings.known_tasks = facts;
-  LearnerDaemon daemon(loaded.study, settings, options);
-  make_state_directory(directory, loaded.resolved_toml);
-  spdlog::info("learner {:x}, study {}: {} conditions x {} repetitions, results go to {}",
-               settings.learner_id, loaded.study.name, loaded.study.conditions.size(),
-               loaded.study.repetitions, directory.string());
+  settings.known_tasks = survey_tasks(loaded, options);
+  fs::path directory = resumes ? options.resume_dir : options.state_dir;
+  if (directory.empty()) directory = fs::path("treeroll-runs") / loaded.study.name;
+  if (!resumes) check_state_directory(directory);
 
-  const TimePoint start = transport::Loop().now();
-  const bool done = daemon.run();
-  const double elapsed_s = to_seconds(transport::Loop().now() - start);
+  LearnerDaemon daemon(loaded.study, settings, options);
+  if (!resumes) make_state_directory(directory, loaded.resolved_toml);
+  daemon.open_journal(journal_of(directory), content_hash(read_text(study_of(directory))));
+  spdlog::info("learner {:x}, study {}: {} conditions x {} repetitions, {} {}", settings.learner_id,
+               loaded.study.name, loaded.study.conditions.size(), loaded.study.repetitions,
+               resumes ? "goes on in" : "results go to", directory.string());
+  if (resumes) {
+    spdlog::info("{} roll-outs are in the journal", daemon.core().counters().applied);
+  }
+
+  const auto start = std::chrono::steady_clock::now();
+  daemon.run();
+  const double elapsed_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::vector<RunRecord> runs = daemon.core().run_records();
   const StudySummary summary{loaded.study.name, summarize(runs), daemon.core().counters(),
                              daemon.core().worker_records(), elapsed_s};
-  write_results(directory, runs);
-  if (options.json) {
-    fmt::print("{}\n", to_json(summary));
-  } else {
-    fmt::print("{}", to_table(summary.conditions));
-  }
+  fmt::print("{}", options.json ? to_json(summary) + "\n" : to_table(summary.conditions));
   std::fflush(stdout);
-  if (!done) {
-    spdlog::warn("stopped early: {} roll-outs are in {}", summary.ledger.applied,
+  if (const std::string failures = write_results(directory, runs); !failures.empty()) {
+    throw std::runtime_error(failures);
+  }
+  if (daemon.core().outcome() != LearnerCore::Outcome::kDone) {
+    spdlog::warn("stopped early with {} roll-outs; go on with --resume {}", summary.ledger.applied,
                  directory.string());
-    return kExitOther;
+    return kExitStopped;
   }
   spdlog::info("done in {:.1f} s: {}", elapsed_s, directory.string());
   return kExitDone;

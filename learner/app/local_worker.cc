@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "learner/app/process.h"
@@ -11,50 +12,56 @@
 namespace treeroll {
 namespace {
 
-/// A worker that ends so soon and so often cannot work here: starting it again would only spin.
-constexpr std::chrono::seconds kQuickEnd{2};
-constexpr int kQuickEndsMax = 3;
-constexpr std::chrono::milliseconds kGrace{3000};
+/// A worker that ends so soon may do so again: it is started again later each time.
+constexpr Duration kQuickEnd = std::chrono::seconds(2);
+constexpr Duration kPauseMin = std::chrono::seconds(1);
+constexpr Duration kPauseMax = std::chrono::seconds(30);
+/// Longer than a worker waits for its last answers to be acknowledged.
+constexpr std::chrono::milliseconds kGrace{6000};
 
 }  // namespace
 
-LocalWorker::LocalWorker(const LearnerOptions& options) : options_(options) {
-  if (!start()) throw std::runtime_error("the local worker cannot be started");
+LocalWorker::LocalWorker(const LearnerOptions& options, TimePoint now) : options_(options) {
+  if (!start(now)) throw std::runtime_error("the local worker cannot be started");
 }
 
 LocalWorker::~LocalWorker() {
   if (child_ > 0) end_child(child_, kGrace);
 }
 
-bool LocalWorker::start() {
+bool LocalWorker::start(TimePoint now) {
+  start_at_.reset();
+  started_at_ = now;
   Result<pid_t> child = start_child(
       options_.worker_program,
       {"--processes", fmt::format("{}", options_.local_workers), "--lcm-url", options_.lcm_url});
   if (!child) {
     spdlog::error("{}: {}", options_.worker_program.string(), child.error().message);
-    child_ = -1;
     return false;
   }
   child_ = *child;
-  started_at_ = std::chrono::steady_clock::now();
   return true;
 }
 
-void LocalWorker::on_child_ended() {
-  int status = 0;
-  if (child_ <= 0 || waitpid(child_, &status, WNOHANG) != child_) return;
+void LocalWorker::watch(TimePoint now) {
+  int wait_status = 0;
+  if (child_ > 0 && waitpid(child_, &wait_status, WNOHANG) == child_) note_end(wait_status, now);
+  if (start_at_ && now >= *start_at_ && !start(now)) start_at_ = now + kPauseMax;
+}
+
+void LocalWorker::note_end(int wait_status, TimePoint now) {
   child_ = -1;
-  const bool quick = std::chrono::steady_clock::now() - started_at_ < kQuickEnd;
-  num_quick_ends_ = quick ? num_quick_ends_ + 1 : 0;
-  const std::string how = WIFSIGNALED(status) ? fmt::format("signal {}", WTERMSIG(status))
-                                              : fmt::format("status {}", WEXITSTATUS(status));
-  if (num_quick_ends_ >= kQuickEndsMax) {
-    spdlog::error("the local worker ended at once {} times, last with {}: it is not started again",
-                  num_quick_ends_, how);
-    return;
-  }
-  spdlog::warn("the local worker ended with {}: it is started again", how);
-  start();
+  num_quick_ends_ = now - started_at_ < kQuickEnd ? num_quick_ends_ + 1 : 0;
+  const Duration pause =
+      num_quick_ends_ == 0
+          ? Duration{}
+          : std::min(kPauseMin * (1 << std::min(num_quick_ends_ - 1, 10)), kPauseMax);
+  start_at_ = now + pause;
+  const std::string how = WIFSIGNALED(wait_status)
+                              ? fmt::format("signal {}", WTERMSIG(wait_status))
+                              : fmt::format("status {}", WEXITSTATUS(wait_status));
+  spdlog::warn("the local worker ended with {}: it is started again in {:.0f} s", how,
+               to_seconds(pause));
 }
 
 }  // namespace treeroll

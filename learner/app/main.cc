@@ -6,19 +6,15 @@
 #include <exception>
 
 #include "common/base/config_error.h"
+#include "common/protocol/limits.h"
 #include "common/transport/bus.h"
 #include "learner/app/daemon.h"
+#include "learner/app/process.h"
 #include "learner/app/study_file.h"
 
 namespace treeroll {
 namespace {
 
-constexpr int kLocalWorkersMax = 4096;
-
-/// The worker executable that is installed or built beside this one.
-std::filesystem::path worker_beside_us() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "treeroll-worker";
-}
 
 int learner_main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("learner"));
@@ -28,29 +24,37 @@ int learner_main(int argc, char** argv) {
   std::string lcm_url;
   CLI::App app{"Learns the runs of a study with every worker on the LCM bus."};
   app.set_version_flag("--version", TREEROLL_VERSION);
-  app.add_option("STUDY", options.study_file, "Study file (TOML)")->required();
-  app.add_option("--state-dir", options.state_dir,
-                 "Empty or new directory for what the study yields [treeroll-runs/NAME]");
+  CLI::Option* study = app.add_option("STUDY", options.study_file, "Study file (TOML)");
+  CLI::Option* state_dir =
+      app.add_option("--state-dir", options.state_dir,
+                     "Empty or new directory for what the study yields [treeroll-runs/NAME]");
+  CLI::Option* resume = app.add_option("--resume", options.resume_dir,
+                                       "State directory of a study that was interrupted: go on");
   app.add_option("--local-workers", options.local_workers,
                  "Start a worker daemon with this many evaluators on this host; 0: none")
-      ->check(CLI::Range(0, kLocalWorkersMax))
+      ->check(CLI::Range(0, protocol::kEvaluatorsPerWorkerMax))
       ->capture_default_str();
   app.add_option("--worker-program", options.worker_program,
                  "Worker executable that knows the task [treeroll-worker beside this one]");
   app.add_option("--lcm-url", lcm_url,
                  "LCM URL [LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0]");
-  app.add_option("--set", options.overrides, "KEY=VALUE overrides a key of the study, TOML value")
-      ->type_size(1)
-      ->allow_extra_args(false);
+  CLI::Option* set = app.add_option("--set", options.overrides,
+                                    "KEY=VALUE overrides a key of the study, TOML value")
+                         ->type_size(1)
+                         ->allow_extra_args(false);
+  resume->excludes(study)->excludes(state_dir)->excludes(set);
   app.add_flag("--json", options.json, "Print the summary as JSON on standard output");
   try {
     app.parse(argc, argv);
+    if (study->empty() && resume->empty()) throw CLI::RequiredError("STUDY or --resume DIR");
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitDone : kExitBadInput;
   }
   options.lcm_url = transport::resolve_url(lcm_url);
   options.needs_worker_program = options.local_workers > 0 || !options.worker_program.empty();
-  if (options.worker_program.empty()) options.worker_program = worker_beside_us();
+  if (options.worker_program.empty()) {
+    options.worker_program = program_beside_us("treeroll-worker");
+  }
 
   try {
     return run_learner(options);

@@ -17,7 +17,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kOutputBytesMax = 1'000'000;
 constexpr int kCannotStart = 127;
 
 struct Pipe {
@@ -62,7 +61,8 @@ Result<pid_t> launch(const std::string& program, const std::vector<std::string>&
   const pid_t child = fork();
   if (child < 0) return Error{fmt::format("cannot fork: {}", std::strerror(errno))};
   if (child > 0) return child;
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (standard_input < 0) setpgid(0, 0);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(kCannotStart);  // it died before the line above
   if (standard_input >= 0) dup2(standard_input, STDIN_FILENO);
   if (standard_output >= 0) dup2(standard_output, STDOUT_FILENO);
@@ -75,12 +75,12 @@ Result<pid_t> launch(const std::string& program, const std::vector<std::string>&
 }
 
 int status_of(int wait_status) {
-  return WIFEXITED(wait_status) ? WEXITSTATUS(wait_status) : 128 + WTERMSIG(wait_status);
+  return WIFEXITED(wait_status) ? WEXITSTATUS(wait_status) : kEndedBySignal + WTERMSIG(wait_status);
 }
 
 /// Feeds input and gathers output until the program closes its output.
 Result<std::string> converse(Pipe& to_child, Pipe& from_child, const std::string& input,
-                             Clock::time_point deadline) {
+                             Clock::time_point deadline, std::size_t output_bytes_max) {
   std::string output;
   std::size_t written = 0;
   fcntl(to_child.write_end, F_SETFL, O_NONBLOCK);
@@ -100,20 +100,27 @@ Result<std::string> converse(Pipe& to_child, Pipe& from_child, const std::string
       if ((size < 0 && errno != EAGAIN) || written == input.size()) to_child.close_write();
     }
     if ((ends[0].revents & (POLLIN | POLLHUP)) != 0) {
-      char buffer[4096];
+      char buffer[65536];
       const ssize_t size = read(from_child.read_end, buffer, sizeof buffer);
       if (size == 0) return output;
       if (size > 0) output.append(buffer, static_cast<std::size_t>(size));
-      if (output.size() > kOutputBytesMax) return Error{"it says more than 1 MB"};
+      if (output.size() > output_bytes_max) {
+        return Error{fmt::format("it says more than {} bytes", output_bytes_max)};
+      }
     }
   }
 }
 
 }  // namespace
 
+std::filesystem::path program_beside_us(const std::string& name) {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
+}
+
 Result<ProgramOutput> run_program(const std::filesystem::path& program,
                                   const std::vector<std::string>& arguments,
-                                  const std::string& input, std::chrono::seconds limit) {
+                                  const std::string& input, std::chrono::seconds limit,
+                                  std::size_t output_bytes_max) {
   Pipe to_child;
   Pipe from_child;
   if (!to_child.open() || !from_child.open()) {
@@ -125,7 +132,8 @@ Result<ProgramOutput> run_program(const std::filesystem::path& program,
   if (!child) return child.error();
   to_child.close_read();
   from_child.close_write();
-  Result<std::string> output = converse(to_child, from_child, input, Clock::now() + limit);
+  Result<std::string> output =
+      converse(to_child, from_child, input, Clock::now() + limit, output_bytes_max);
   if (!output) kill(*child, SIGKILL);
   int wait_status = 0;
   while (waitpid(*child, &wait_status, 0) < 0 && errno == EINTR) {

@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -11,20 +12,28 @@
 
 namespace treeroll {
 
+/// An exit status above this is that of a program ended by a signal: this plus its number.
+inline constexpr int kEndedBySignal = 128;
+
 /// What a program that was run to its end has said.
 struct ProgramOutput {
-  int exit_status = 0;  ///< 128 + signal if it was ended by one
-  std::string output;   ///< standard output, at most 1 MB
+  int exit_status = 0;
+  std::string output;  ///< standard output
 };
 
+/// The program of that name that is installed or built beside this one.
+std::filesystem::path program_beside_us(const std::string& name);
+
 /// Runs a program, gives it `input` on standard input and waits for its end. Standard error goes
-/// where ours goes. Fails if it cannot be started, says too much or takes longer than `limit`
-/// (it is killed then).
+/// where ours goes. Fails if it cannot be started, says more than `output_bytes_max` or takes
+/// longer than `limit` (it is killed then).
 Result<ProgramOutput> run_program(const std::filesystem::path& program,
                                   const std::vector<std::string>& arguments,
-                                  const std::string& input, std::chrono::seconds limit);
+                                  const std::string& input, std::chrono::seconds limit,
+                                  std::size_t output_bytes_max = 1'000'000);
 
-/// Starts a program that ends with this process (SIGTERM when it dies, however it dies). Call it
+/// Starts a program that ends with this process (SIGKILL when it dies, however it dies), in a
+/// process group of its own: what a terminal sends to ours (Ctrl-C) is ours to pass on. Call it
 /// from the main thread: the kernel ties the signal to the thread.
 Result<pid_t> start_child(const std::filesystem::path& program,
                           const std::vector<std::string>& arguments);

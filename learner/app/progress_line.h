@@ -8,8 +8,8 @@
 
 namespace treeroll {
 
-/// Turns learner status messages into lines on standard error, fewer the longer it takes: how far the study
-/// is, how fast it goes and when it will be done; and why, while nothing moves.
+/// Turns learner status messages into lines on standard error, fewer the longer it takes: how far
+/// the study is, how fast it goes and when it will be done; and why, while nothing moves.
 class ProgressLine {
  public:
   void show(const protocol::LearnerStatus& status, TimePoint now);

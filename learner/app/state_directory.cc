@@ -10,6 +10,9 @@ namespace treeroll {
 
 namespace fs = std::filesystem;
 
+fs::path study_of(const fs::path& directory) { return directory / "study.toml"; }
+fs::path journal_of(const fs::path& directory) { return directory / "journal.lcmlog"; }
+
 void check_state_directory(const fs::path& directory) {
   const auto refuse = [&directory](const std::string& rule) {
     throw ConfigError("--state-dir", directory.string(), rule);
@@ -24,19 +27,41 @@ void check_state_directory(const fs::path& directory) {
   if (!empty) refuse("must be new or empty; it may hold what an earlier study has yielded");
 }
 
-void make_state_directory(const fs::path& directory, const std::string& resolved_toml) {
-  fs::create_directories(directory / "policies");
-  write_atomically(directory / "study.toml", resolved_toml);
+void check_resumable(const fs::path& directory) {
+  for (const fs::path& file : {study_of(directory), journal_of(directory)}) {
+    std::error_code error;
+    if (fs::is_regular_file(file, error)) continue;
+    throw ConfigError("--resume", directory.string(),
+                      fmt::format("must be the state directory of a study; it has no {}",
+                                  file.filename().string()));
+  }
 }
 
-void write_results(const fs::path& directory, const std::vector<RunRecord>& runs) {
-  write_rollouts_csv(directory / "rollouts.csv", runs);
-  write_runs_csv(directory / "runs.csv", runs);
-  for (const RunRecord& run : runs) {
-    if (run.best_policy.empty()) continue;
-    const std::string name = fmt::format("{}-{}.json", run.condition, run.repetition);
-    write_atomically(directory / "policies" / name, run.best_policy);
-  }
+void make_state_directory(const fs::path& directory, const std::string& resolved_toml) {
+  fs::create_directories(directory / "policies");
+  write_atomically(study_of(directory), resolved_toml);
+}
+
+std::string write_results(const fs::path& directory, const std::vector<RunRecord>& runs) {
+  std::string failures;
+  const auto attempt = [&failures](const auto& write) {
+    try {
+      write();
+    } catch (const std::exception& error) {
+      failures += (failures.empty() ? "" : "; ") + std::string(error.what());
+    }
+  };
+  attempt([&] { write_runs_csv(directory / "runs.csv", runs); });
+  attempt([&] {
+    fs::create_directories(directory / "policies");
+    for (const RunRecord& run : runs) {
+      if (run.best_policy.empty()) continue;
+      const std::string name = fmt::format("{}-{}.json", run.condition, run.repetition);
+      write_atomically(directory / "policies" / name, run.best_policy);
+    }
+  });
+  attempt([&] { write_rollouts_csv(directory / "rollouts.csv", runs); });
+  return failures;
 }
 
 }  // namespace treeroll

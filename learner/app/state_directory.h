@@ -8,13 +8,22 @@
 
 namespace treeroll {
 
-/// The directory a study's results go to: study.toml, rollouts.csv, runs.csv and policies/, a JSON
-/// file with the best policy of each run.
+/// The directory of a study: study.toml and journal.lcmlog, from which everything can be made
+/// again, and the results: rollouts.csv, runs.csv and policies/, a JSON file with the best policy
+/// of each run.
+
+std::filesystem::path study_of(const std::filesystem::path& directory);
+std::filesystem::path journal_of(const std::filesystem::path& directory);
 
 /// Throws ConfigError unless the path is free or an empty directory.
 void check_state_directory(const std::filesystem::path& directory);
 /// Makes it and writes the resolved study. Throws std::runtime_error naming the path.
 void make_state_directory(const std::filesystem::path& directory, const std::string& resolved_toml);
-void write_results(const std::filesystem::path& directory, const std::vector<RunRecord>& runs);
+/// Throws ConfigError unless a learner has begun a study there.
+void check_resumable(const std::filesystem::path& directory);
+/// Writes the results, the small ones first; goes on after a failure.
+/// @return what could not be written and why; empty if nothing
+std::string write_results(const std::filesystem::path& directory,
+                          const std::vector<RunRecord>& runs);
 
 }  // namespace treeroll

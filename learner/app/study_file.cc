@@ -7,12 +7,16 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "common/base/settings_reader.h"
+#include "common/policy/policy.h"
+#include "learner/app/demonstration_file.h"
 #include "learner/app/message_sizes.h"
+#include "learner/app/policy_file.h"
 #include "learner/app/study_document.h"
 #include "learner/app/toml_source.h"
 #include "learner/explore/exploration_settings.h"
@@ -25,7 +29,10 @@ using nlohmann::json;
 
 constexpr std::int64_t kRunsMax = 100'000;
 constexpr std::int64_t kRolloutsMax = 100'000'000;
-constexpr std::int64_t kRolloutsTotalMax = 1'000'000'000;
+/// What is kept of each until the end is 24 bytes.
+constexpr std::int64_t kRolloutsTotalMax = 100'000'000;
+/// Drawn and not answered, of all runs together.
+constexpr std::int64_t kInFlightTotalMax = 1'000'000;
 constexpr std::int64_t kInFlightMax = 100'000;
 constexpr std::size_t kStudyNameBytesMax = 64;
 
@@ -33,6 +40,9 @@ constexpr const char* kResolvedComment =
     "# Every setting of the study, defaults included: this file can be run again.\n";
 /// More than the comment and [study] take.
 constexpr std::size_t kResolvedHeadBytesMax = 1024;
+
+constexpr const char* kGivenPolicy = "given";
+constexpr const char* kCommandLineOrigin = "--set";
 
 /// A start policy with its settings, defaults included.
 struct ResolvedPolicy {
@@ -47,17 +57,57 @@ class PolicyCache {
     const std::string key = settings.dump();
     const auto found = policies_.find(key);
     if (found != policies_.end()) return found->second;
-    json resolved;
-    SettingsReader reader(settings, "policy", resolved);
-    StartPolicy start = read_start_policy(reader);
-    reader.finish();
-    ResolvedPolicy policy{.start = std::move(start), .settings = std::move(resolved)};
-    return policies_.emplace(key, std::move(policy)).first->second;
+    return policies_.emplace(key, read(settings)).first->second;
   }
 
  private:
+  /// A policy given as text takes the place of the one that the other settings describe. Those are
+  /// checked all the same, but not kept.
+  static ResolvedPolicy read(json settings) {
+    std::optional<ResolvedPolicy> given;
+    if (settings.contains(kGivenPolicy)) {
+      given = read_given(settings);
+      settings.erase(kGivenPolicy);
+      if (settings.empty()) return *given;
+    }
+    json resolved;
+    SettingsReader reader(settings, "policy", resolved);
+    StartPolicy start = read_start_policy(reader, read_demonstration_file);
+    reader.finish();
+    if (given) return *given;
+    return {.start = std::move(start), .settings = std::move(resolved)};
+  }
+
+  static ResolvedPolicy read_given(const json& settings) {
+    json resolved;
+    SettingsReader reader(settings, "policy", resolved);
+    Result<Policy> policy = policy_from_json(reader.string(kGivenPolicy));
+    if (!policy) throw ConfigError("policy.given", "", policy.error().message);
+    return {.start = {.tree = std::move(policy->tree), .layout = policy->layout},
+            .settings = std::move(resolved)};
+  }
+
   std::map<std::string, ResolvedPolicy> policies_;
 };
+
+/// policy.start_file, read into policy.start: the resolved study then needs no other file. A path
+/// in the study file is relative to that file's folder, one of the command line to the current one.
+void read_start_file(const std::filesystem::path& study_file, const SettingOrigins& origins,
+                     json& policy) {
+  constexpr const char* kKey = "policy.start_file";
+  const auto found = policy.find("start_file");
+  if (found == policy.end()) return;
+  if (!found->is_string()) throw ConfigError(kKey, found->dump(), "must be a string");
+  if (policy.contains(kGivenPolicy)) {
+    throw ConfigError(kKey, found->dump(), "must not stand beside policy.given");
+  }
+  std::filesystem::path path = found->get<std::string>();
+  if (path.is_relative() && origin_of(origins, kKey) != kCommandLineOrigin) {
+    path = study_file.parent_path() / path;
+  }
+  policy[kGivenPolicy] = to_json(read_policy_file(kKey, path).policy);
+  policy.erase("start_file");
+}
 
 /// It becomes the name of a folder.
 void check_study_name(const SettingsReader& reader, const std::string& name) {
@@ -121,16 +171,32 @@ ConfigError in_condition(const ConfigError& error, const std::string& condition)
   return {error.key(), error.value(), fmt::format("{} (condition {})", error.rule(), condition)};
 }
 
+/// Files of a demonstration that are named relatively stand beside the study, wherever it is loaded
+/// from; resolved, they are absolute. What is no list of names is left for others to refuse.
+void find_demonstration_files(const std::filesystem::path& directory, json& settings) {
+  const json::json_pointer where("/policy/demonstration/files");
+  if (!settings.contains(where) || !settings[where].is_array()) return;
+  for (json& file : settings[where]) {
+    if (!file.is_string()) continue;
+    file = (std::filesystem::absolute(directory) / file.get<std::string>())
+               .lexically_normal()
+               .string();
+  }
+}
+
 /// Reads the conditions of a document one after the other.
 class StudyBuilder {
  public:
-  explicit StudyBuilder(const StudyDocument& document) : document_(document) {}
+  StudyBuilder(std::filesystem::path file, const StudyDocument& document)
+      : file_(std::move(file)), document_(document) {}
 
   void add_condition(std::size_t index) {
     json settings;
     SettingOrigins origins = document_.settings(index, settings);
+    find_demonstration_files(file_.parent_path(), settings);
     const std::string& name = document_.name(index);
     try {
+      read_start_file(file_, origins, settings.at("policy"));
       loaded_.study.conditions.push_back(read(name, settings));
     } catch (const ConfigError& error) {
       throw StudyError(origin_of(origins, error.key()), in_condition(error, name));
@@ -153,7 +219,7 @@ class StudyBuilder {
   Condition read(const std::string& name, const json& settings) {
     json study_table;
     const Budget budget = read_study_table(settings.at("study"), loaded_.study, study_table);
-    check_totals(budget.num_rollouts);
+    check_totals(budget);
     std::string task_content = read_task(settings.at("task"));
     const ResolvedPolicy& policy = policies_.get(settings.at("policy"));
     json exploration_table;
@@ -186,7 +252,7 @@ class StudyBuilder {
                                   kStudyBytesMax));
   }
 
-  void check_totals(std::int64_t num_rollouts) {
+  void check_totals(Budget budget) {
     const std::int64_t repetitions = loaded_.study.repetitions;
     const auto num_conditions = static_cast<std::int64_t>(document_.num_conditions());
     if (num_conditions * repetitions > kRunsMax) {
@@ -194,20 +260,29 @@ class StudyBuilder {
                         fmt::format("{} conditions times {} repetitions: must be at most {} runs",
                                     num_conditions, repetitions, kRunsMax));
     }
-    num_rollouts_ += num_rollouts * repetitions;
+    in_flight_ += std::min(budget.num_rollouts, budget.in_flight) * repetitions;
+    if (in_flight_ > kInFlightTotalMax) {
+      throw ConfigError(
+          "study.in_flight", std::to_string(budget.in_flight),
+          fmt::format("the roll-outs in flight of all runs must be at most {} together",
+                      kInFlightTotalMax));
+    }
+    num_rollouts_ += budget.num_rollouts * repetitions;
     if (num_rollouts_ > kRolloutsTotalMax) {
       throw ConfigError(
-          "study.rollouts", std::to_string(num_rollouts),
+          "study.rollouts", std::to_string(budget.num_rollouts),
           fmt::format("the roll-outs of all runs must be at most {} together", kRolloutsTotalMax));
     }
   }
 
+  std::filesystem::path file_;
   const StudyDocument& document_;
   PolicyCache policies_;
   LoadedStudy loaded_;
   json study_table_;
   std::string conditions_toml_;
   std::int64_t num_rollouts_ = 0;
+  std::int64_t in_flight_ = 0;
 };
 
 }  // namespace
@@ -215,7 +290,7 @@ class StudyBuilder {
 LoadedStudy load_study(const std::filesystem::path& file,
                        const std::vector<std::string>& overrides) {
   const StudyDocument document(file, overrides);
-  StudyBuilder builder(document);
+  StudyBuilder builder(file, document);
   for (std::size_t i = 0; i < document.num_conditions(); ++i) builder.add_condition(i);
   return builder.take();
 }

@@ -25,7 +25,7 @@ struct LoadedStudy {
 
 /// Throws StudyError on anything that cannot be run, before anything is started: see StudyDocument
 /// for the file itself; unknown keys, wrong types and values out of bounds; more than 100 000 runs
-/// or 10^9 roll-outs; a policy or a task too large for one message.
+/// or 10^8 roll-outs, 10^6 of them in flight; a policy or a task too large for one message.
 LoadedStudy load_study(const std::filesystem::path& file,
                        const std::vector<std::string>& overrides);
 

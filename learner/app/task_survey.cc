@@ -6,7 +6,6 @@
 #include <cerrno>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -20,29 +19,26 @@ using nlohmann::json;
 
 constexpr std::chrono::seconds kLimit{30};
 
-/// Nothing if the executable does not know the task's name and need not.
-std::optional<TaskFacts> ask(const std::string& content, const LearnerOptions& options) {
-  const std::filesystem::path& program = options.worker_program;
-  Result<ProgramOutput> answer = run_program(program, {"--describe-task"}, content, kLimit);
+}  // namespace
+
+TaskFacts describe_task(const std::string& content, const std::filesystem::path& worker_program) {
+  Result<ProgramOutput> answer = run_program(worker_program, {"--describe-task"}, content, kLimit);
   if (!answer) throw std::runtime_error("cannot ask about the task: " + answer.error().message);
   const json said = json::parse(answer->output, nullptr, /*allow_exceptions=*/false);
   const std::string unusable =
       fmt::format("{} --describe-task ended with status {} and said nothing that can be read",
-                  program.string(), answer->exit_status);
+                  worker_program.string(), answer->exit_status);
   if (!said.is_object()) throw std::runtime_error(unusable);
   if (const auto error = said.find("error"); error != said.end()) {
     if (!error->is_object()) throw std::runtime_error(unusable);
-    const std::string key = error->value("key", "task");
-    if (key == "task.name" && !options.needs_worker_program) return std::nullopt;
-    throw ConfigError(key, error->value("value", ""), error->value("rule", "is refused"));
+    throw ConfigError(error->value("key", "task"), error->value("value", ""),
+                      error->value("rule", "is refused"));
   }
   if (answer->exit_status != 0 || !said.contains("description")) throw std::runtime_error(unusable);
   Result<TaskFacts> facts = task_facts_from_json(said["description"].dump());
   if (!facts) throw ConfigError("task", "", facts.error().message);
   return *facts;
 }
-
-}  // namespace
 
 std::map<std::string, TaskFacts> survey_tasks(const LoadedStudy& loaded,
                                               const LearnerOptions& options) {
@@ -57,8 +53,9 @@ std::map<std::string, TaskFacts> survey_tasks(const LoadedStudy& loaded,
     const std::string& content = loaded.study.conditions[c].task_content;
     if (asked.insert(content).second) {
       try {
-        if (const std::optional<TaskFacts> facts = ask(content, options)) known[content] = *facts;
+        known[content] = describe_task(content, options.worker_program);
       } catch (const ConfigError& error) {
+        if (error.key() == "task.name" && !options.needs_worker_program) continue;
         throw condition_error(loaded, c, error);
       }
     }

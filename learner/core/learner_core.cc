@@ -14,11 +14,10 @@ namespace treeroll {
 namespace {
 
 constexpr Duration kStatusPeriod = std::chrono::seconds(1);
+/// A worker that has refused a definition is asked again after this: the reason may have passed.
+constexpr Duration kRefusalLasts = std::chrono::seconds(60);
 /// How long roll-outs under way are waited for when the learner is asked to stop.
 constexpr Duration kStopGrace = std::chrono::seconds(5);
-/// A worker repeats an unacknowledged answer every 20 ms: what a heartbeat does not list may still
-/// be on its way that long.
-constexpr Duration kAnswerOnItsWay = std::chrono::milliseconds(50);
 
 }  // namespace
 
@@ -95,6 +94,7 @@ void LearnerCore::on_timer(TimePoint now, LearnerEffects& effects) {
     if (WorkerEntry* entry = workers_.find(worker)) entry->leases.erase(key);
   }
   if (now >= next_status_) {
+    workers_.forget_refusals(now);
     for (const ContentHash& task_id : task_ids_) {
       if (!facts_.contains(task_id)) publish_task(task_id, now, effects);
     }
@@ -112,24 +112,29 @@ void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
   if (!worker) return;
   for (std::size_t i = 0; i < batch.results.size(); ++i) {
     const std::int64_t index = batch.first_index + static_cast<std::int64_t>(i);
-    if (index <= worker->settled) continue;  // a repetition
+    // A repetition is looked at only if it answers what is still open: no index, however wrong,
+    // can keep an answer out.
+    if (index <= worker->settled && !answers_open_question(batch.results[i])) continue;
     accept(*worker, batch.results[i], now, effects);
     if (outcome_ == Outcome::kFailed) return;
-    worker->settled = index;
+    worker->settled = std::max(worker->settled, index);
   }
-  if (!batch.results.empty() && worker->settled == worker->acknowledged) {
-    worker->acknowledgement_due = true;  // it repeats what it need not: our word was lost
+  if (!batch.results.empty()) {
+    worker->answered = batch.first_index + static_cast<std::int64_t>(batch.results.size()) - 1;
+    // It repeats what it need not: our word was lost.
+    worker->acknowledgement_due =
+        worker->acknowledgement_due || worker->answered == worker->acknowledged;
   }
   worker->free_slots = batch.free_slots;
-  reconcile(*worker, batch.last_batch, batch.held, now, now);
+  if (batch.last_index <= worker->answered) reconcile(*worker, batch.last_batch, batch.held, now);
   finish_if_stopped(now, effects);
 }
 
 /// Only what will survive us may be forgotten by those who have it.
 void LearnerCore::on_synced(TimePoint now, LearnerEffects& effects) {
   for (auto& [id, worker] : workers_.all()) {
-    if (worker.settled == worker.acknowledged) continue;
-    worker.acknowledged = worker.settled;
+    if (worker.answered == worker.acknowledged) continue;
+    worker.acknowledged = worker.answered;
     worker.acknowledgement_due = true;
   }
   dispatch(now, effects);
@@ -176,7 +181,10 @@ void LearnerCore::on_message(const protocol::WorkerStatus& status, TimePoint now
       status.held.begin(), status.held.end(),
       [this](const protocol::HeldRollouts& h) { return h.learner_id == settings_.learner_id; });
   if (held != status.held.end()) {
-    reconcile(*worker, held->last_batch, held->keys, now, now + kAnswerOnItsWay);
+    extend_leases(*worker, held->keys, now);
+    if (held->last_index <= worker->answered) {
+      reconcile(*worker, held->last_batch, held->keys, now);
+    }
   }
 }
 
@@ -197,45 +205,48 @@ void LearnerCore::on_message(const protocol::DefinitionReport& report, TimePoint
   if (!is_task && !policies_.find(report.definition_id)) return;
   if (report.accepted) {
     worker->refused.erase(report.definition_id);
-    if (is_task && !facts_.contains(report.definition_id)) {
-      learn_facts(report.definition_id, report.text);
-    }
+    if (!is_task || facts_.contains(report.definition_id)) return;
+    Result<TaskFacts> facts = task_facts_from_json(report.text);
+    if (facts) return learn_facts(report.definition_id, *facts);
+    // Its own description makes no sense: another worker's may.
+    refuse(*worker, report.definition_id, facts.error().message, now, effects);
     return;
   }
-  if (!worker->refused.emplace(report.definition_id, report.text).second) return;
+  refuse(*worker, report.definition_id, report.text, now, effects);
+}
+
+void LearnerCore::refuse(WorkerEntry& worker, const ContentHash& definition,
+                         const std::string& reason, TimePoint now, LearnerEffects& effects) {
+  const bool is_new = !worker.refused.contains(definition);
+  worker.refused[definition] = {reason, now + kRefusalLasts};
+  if (!is_new) return;
   effects.log.push_back(
-      {LogLine::Level::kWarning, fmt::format("{} refuses the {}: {}", describe(*worker),
-                                             is_task ? "task" : "policy", report.text)});
-  const std::set<protocol::RolloutKey> leases = worker->leases;
+      {LogLine::Level::kWarning, fmt::format("{} refuses the {}: {}", describe(worker),
+                                             tasks_.find(definition) ? "task" : "policy", reason)});
+  const std::set<protocol::RolloutKey> leases = worker.leases;
   for (const protocol::RolloutKey key : leases) {
     const Question& question = ledger_.find(key)->question;
-    if (question.task_id == report.definition_id || question.policy_id == report.definition_id) {
-      take_back(*worker, key);
+    if (question.task_id == definition || question.policy_id == definition) {
+      take_back(worker, key);
     }
   }
 }
 
-void LearnerCore::learn_facts(const ContentHash& task_id, const std::string& description) {
-  Result<TaskFacts> facts = task_facts_from_json(description);
-  if (!facts) {
-    failure_ = "a worker's description of the task cannot be used: " + facts.error().message;
-    outcome_ = Outcome::kFailed;
-    return;
-  }
+void LearnerCore::learn_facts(const ContentHash& task_id, const TaskFacts& facts) {
   for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
     if (task_ids_[c] != task_id) continue;
     const Gmm policy = study_.conditions[c].start.finest();
-    if (policy.input_dim() == facts->input_dim && policy.output_dim() == facts->output_dim) {
+    if (policy.input_dim() == facts.input_dim && policy.output_dim() == facts.output_dim) {
       continue;
     }
     failure_ = fmt::format(
         "condition {}: the task takes {} inputs and {} outputs, the policy has {} and {}",
-        study_.conditions[c].name, facts->input_dim, facts->output_dim, policy.input_dim(),
+        study_.conditions[c].name, facts.input_dim, facts.output_dim, policy.input_dim(),
         policy.output_dim());
     outcome_ = Outcome::kFailed;
     return;
   }
-  facts_[task_id] = *facts;
+  facts_[task_id] = facts;
 }
 
 void LearnerCore::dispatch(TimePoint now, LearnerEffects& effects) {
@@ -278,6 +289,7 @@ int LearnerCore::numeric_class(const std::string& name) {
 
 LedgerCounters LearnerCore::counters() const {
   LedgerCounters counters = ledger_.counters;
+  for (const Run& run : runs_) counters.failed += run.num_failed();
   counters.pending = counters.issued - counters.applied;
   return counters;
 }

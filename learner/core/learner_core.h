@@ -115,8 +115,11 @@ class LearnerCore {
              LearnerEffects& effects);
   void note_timing(WorkerEntry& worker, const protocol::RolloutResult& result,
                    const Ledger::Entry& entry, TimePoint now);
+  bool answers_open_question(const protocol::RolloutResult& result) const;
+  void extend_leases(WorkerEntry& worker, const std::vector<protocol::RolloutKey>& held,
+                     TimePoint now);
   void reconcile(WorkerEntry& worker, std::int64_t last_batch,
-                 const std::vector<protocol::RolloutKey>& held, TimePoint now, TimePoint lost_at);
+                 const std::vector<protocol::RolloutKey>& held, TimePoint now);
   void take_back(WorkerEntry& worker, protocol::RolloutKey key);
   void draw(Run& run, TimePoint now, LearnerEffects& effects);
   void finish_run(Run& run, LearnerEffects& effects);
@@ -124,9 +127,14 @@ class LearnerCore {
   void dispatch(TimePoint now, LearnerEffects& effects);
   void publish_task(const ContentHash& id, TimePoint now, LearnerEffects& effects);
   void publish_policy(const ContentHash& id, TimePoint now, LearnerEffects& effects);
-  void publish_status(TimePoint now, LearnerEffects& effects);  // progress.cc
-  void learn_facts(const ContentHash& task_id, const std::string& description);
+  // progress.cc: what watchers are told.
+  void publish_status(TimePoint now, LearnerEffects& effects);
+  void publish_run(int run, LearnerEffects& effects);
+  void learn_facts(const ContentHash& task_id, const TaskFacts& facts);
+  void refuse(WorkerEntry& worker, const ContentHash& definition, const std::string& reason,
+              TimePoint now, LearnerEffects& effects);
   int numeric_class(const std::string& name);
+  std::optional<std::string> refused_by_all(const ContentHash& definition) const;
   std::string why_waiting(TimePoint now) const;  // progress.cc
 
   Study study_;
@@ -153,6 +161,7 @@ class LearnerCore {
   TimePoint next_status_;
   TimePoint last_progress_;     // a result was accepted
   std::set<int> changed_runs_;  // since their last status message
+  int last_status_run_ = -1;
   std::map<int, double> announced_best_;
 };
 

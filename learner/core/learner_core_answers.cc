@@ -22,7 +22,7 @@ void LearnerCore::accept(WorkerEntry& worker, const protocol::RolloutResult& res
   const protocol::RolloutKey key = result.key;
   const bool in_study = key.run >= 0 && key.run < static_cast<int>(runs_.size());
   const TaskFacts* facts = in_study ? facts_of(key.run) : nullptr;
-  if (!facts) {  // nothing of this run has been issued
+  if (!facts || worker.distrusted) {  // without facts nothing of this run has been issued
     ++ledger_.counters.rejected;
     return;
   }
@@ -100,14 +100,14 @@ void LearnerCore::distrust(WorkerEntry& worker, const protocol::RolloutResult& r
       {LogLine::Level::kError,
        fmt::format("{} gave reward {} outside the task's range {} to {}: it gets no more work",
                    describe(worker), result.reward, facts.reward_min, facts.reward_max)});
-  if (worker.leases.contains(result.key)) take_back(worker, result.key);
+  const std::set<protocol::RolloutKey> leases = worker.leases;
+  for (const protocol::RolloutKey key : leases) take_back(worker, key);
 }
 
 void LearnerCore::learn(const AcceptedResult& result, int numeric_class, TimePoint now,
                         LearnerEffects& effects) {
   Run& run = runs_[result.key.run];
   changed_runs_.insert(result.key.run);
-  if (result.status != RolloutStatus::kOk && result.key.number >= 0) ++ledger_.counters.failed;
   try {
     ledger_.counters.applied +=
         run.accept(result.key.number, result.reward, result.status, numeric_class);
@@ -144,26 +144,27 @@ void LearnerCore::take_back(WorkerEntry& worker, protocol::RolloutKey key) {
   worker.leases.erase(key);
 }
 
+bool LearnerCore::answers_open_question(const protocol::RolloutResult& result) const {
+  const Ledger::Entry* open = ledger_.find(result.key);
+  return open && open->question.content == result.content;
+}
+
+void LearnerCore::extend_leases(WorkerEntry& worker, const std::vector<protocol::RolloutKey>& held,
+                                TimePoint now) {
+  const TimePoint extended = now + lease_duration(worker, rollout_time_s_);
+  for (const protocol::RolloutKey key : held) ledger_.extend(key, worker.id, extended);
+}
+
+/// Leases of requests that were lost on the way: the worker has seen a later message, all its
+/// answers are in, and it holds neither the roll-out nor an answer to it.
 void LearnerCore::reconcile(WorkerEntry& worker, std::int64_t last_batch,
-                            const std::vector<protocol::RolloutKey>& held, TimePoint now,
-                            TimePoint lost_at) {
+                            const std::vector<protocol::RolloutKey>& held, TimePoint now) {
+  extend_leases(worker, held, now);
   const std::set<protocol::RolloutKey> holds(held.begin(), held.end());
   const std::set<protocol::RolloutKey> leases = worker.leases;
-  const TimePoint extended = now + lease_duration(worker, rollout_time_s_);
   for (const protocol::RolloutKey key : leases) {
-    if (holds.contains(key)) {
-      ledger_.extend(key, worker.id, extended);
-      continue;
-    }
-    // A later message has reached the worker and it has neither this roll-out nor an answer: the
-    // request was lost.
-    const Ledger::Lease& lease = *ledger_.find(key)->lease;
-    if (lease.batch > last_batch) continue;
-    if (lost_at <= now) {
-      take_back(worker, key);
-    } else if (lost_at < lease.deadline) {
-      ledger_.extend(key, worker.id, lost_at);
-    }
+    const bool lost = !holds.contains(key) && ledger_.find(key)->lease->batch <= last_batch;
+    if (lost) take_back(worker, key);
   }
 }
 
@@ -192,6 +193,7 @@ void LearnerCore::finish_run(Run& run, LearnerEffects& effects) {
   for (const auto& [layer, id] : policy_ids_[run.index()]) policies_.release(id);
   policy_ids_[run.index()].clear();
   ++num_done_;
+  publish_run(run.index(), effects);
   if (num_done_ < static_cast<int>(runs_.size())) return;
   publish_status(last_progress_, effects);
   outcome_ = Outcome::kDone;

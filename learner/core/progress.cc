@@ -37,24 +37,31 @@ protocol::RunStatus run_status(const Run& run, const Condition& condition) {
 
 }  // namespace
 
+void LearnerCore::publish_run(int index, LearnerEffects& effects) {
+  changed_runs_.erase(index);
+  const Run& run = runs_[index];
+  const Condition& condition = study_.conditions[run.condition()];
+  protocol::RunStatus status = run_status(run, condition);
+  status.learner_id = settings_.learner_id;
+  effects.send.emplace_back(std::move(status));
+
+  const Exploration::Best& best = run.exploration().best();
+  double& announced = announced_best_.try_emplace(index, -1).first->second;
+  if (best.rollout < 0 || best.reward <= announced) return;
+  announced = best.reward;
+  std::string policy = run.best_policy();
+  if (policy.empty()) return;
+  effects.send.emplace_back(protocol::BestPolicy{settings_.learner_id, index, condition.name,
+                                                 run.repetition(), best.rollout, best.reward,
+                                                 std::move(policy)});
+}
+
 void LearnerCore::publish_status(TimePoint now, LearnerEffects& effects) {
   for (int sent = 0; sent < kRunMessagesPerPeriod && !changed_runs_.empty(); ++sent) {
-    const Run& run = runs_[*changed_runs_.begin()];
-    changed_runs_.erase(changed_runs_.begin());
-    const Condition& condition = study_.conditions[run.condition()];
-    protocol::RunStatus status = run_status(run, condition);
-    status.learner_id = settings_.learner_id;
-    effects.send.emplace_back(status);
-
-    const Exploration::Best& best = run.exploration().best();
-    double& announced = announced_best_.try_emplace(run.index(), -1).first->second;
-    if (best.rollout < 0 || best.reward <= announced) continue;
-    announced = best.reward;
-    std::string policy = run.best_policy();
-    if (policy.empty()) continue;
-    effects.send.emplace_back(protocol::BestPolicy{settings_.learner_id, run.index(),
-                                                   condition.name, run.repetition(), best.rollout,
-                                                   best.reward, std::move(policy)});
+    auto next = changed_runs_.upper_bound(last_status_run_);
+    if (next == changed_runs_.end()) next = changed_runs_.begin();
+    last_status_run_ = *next;
+    publish_run(last_status_run_, effects);
   }
 
   const LedgerCounters now_counted = counters();
@@ -84,6 +91,18 @@ void LearnerCore::publish_status(TimePoint now, LearnerEffects& effects) {
   effects.send.emplace_back(std::move(status));
 }
 
+/// Why no usable worker takes this definition; nothing if one does.
+std::optional<std::string> LearnerCore::refused_by_all(const ContentHash& definition) const {
+  std::optional<std::string> reason;
+  for (const auto& [id, worker] : workers_.all()) {
+    if (!worker.usable()) continue;
+    const auto refused = worker.refused.find(definition);
+    if (refused == worker.refused.end()) return std::nullopt;
+    reason = refused->second.reason;
+  }
+  return reason;
+}
+
 std::string LearnerCore::why_waiting(TimePoint now) const {
   if (now - last_progress_ < kPatience) return "";
   if (workers_.all().empty()) return "no workers: none is heard on this LCM URL";
@@ -100,21 +119,17 @@ std::string LearnerCore::why_waiting(TimePoint now) const {
         workers_.all().size());
   }
   for (std::size_t c = 0; c < task_ids_.size(); ++c) {
-    int refusing = 0;
-    std::string reason;
-    for (const auto& [id, worker] : workers_.all()) {
-      const auto refused = worker.refused.find(task_ids_[c]);
-      if (refused == worker.refused.end()) continue;
-      ++refusing;
-      reason = refused->second;
-    }
-    if (refusing >= usable) {
-      return fmt::format("the workers lack the task of condition {}: {}", study_.conditions[c].name,
-                         reason);
+    const std::string& condition = study_.conditions[c].name;
+    if (const auto reason = refused_by_all(task_ids_[c])) {
+      return fmt::format("the workers lack the task of condition {}: {}", condition, *reason);
     }
     if (!facts_.contains(task_ids_[c])) {
-      return fmt::format("no worker has described the task of condition {} yet",
-                         study_.conditions[c].name);
+      return fmt::format("no worker has described the task of condition {} yet", condition);
+    }
+  }
+  for (const protocol::RolloutKey key : ledger_.ready()) {
+    if (const auto reason = refused_by_all(ledger_.find(key)->question.policy_id)) {
+      return fmt::format("the workers refuse the policy of run {}: {}", key.run, *reason);
     }
   }
   if (ledger_.num_leased() > 0) {

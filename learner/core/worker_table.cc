@@ -34,6 +34,7 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
       entry.first_heard = left->second.first_heard;
       entry.num_accepted = left->second.num_accepted;
       entry.settled = left->second.settled;
+      entry.answered = left->second.answered;
       entry.acknowledged = left->second.acknowledged;
       entry.distrusted = left->second.distrusted;
       left_.erase(left);
@@ -62,6 +63,12 @@ std::vector<WorkerEntry> WorkerTable::remove_silent(TimePoint now) {
     left_.insert(workers_.extract(worker++));
   }
   return silent;
+}
+
+void WorkerTable::forget_refusals(TimePoint now) {
+  for (auto& [id, worker] : workers_) {
+    std::erase_if(worker.refused, [now](const auto& entry) { return entry.second.until <= now; });
+  }
 }
 
 std::optional<TimePoint> WorkerTable::next_silence() const {

@@ -28,11 +28,15 @@ struct WorkerEntry {
   TimePoint first_heard;
   TimePoint last_heard;
   std::set<protocol::RolloutKey> leases;
-  /// Definitions it has refused, and why.
-  std::map<ContentHash, std::string> refused;
+  struct Refusal {
+    std::string reason;
+    TimePoint until;  ///< it is asked again after this
+  };
+  std::map<ContentHash, Refusal> refused;  ///< by definition
   /// From issue to answer, running mean; nothing before the first answer.
   std::optional<double> answer_time_s;
-  std::int64_t settled = 0;       ///< highest result index accepted or refused for good
+  std::int64_t settled = 0;       ///< highest result index that has been looked at
+  std::int64_t answered = 0;      ///< last result index of its newest batch
   std::int64_t acknowledged = 0;  ///< the same, and on stable storage
   bool acknowledgement_due = false;
   std::int64_t num_accepted = 0;
@@ -57,6 +61,8 @@ class WorkerTable {
   /// Takes out the workers that have been silent for kSilence; their records stay.
   std::vector<WorkerEntry> remove_silent(TimePoint now);
   std::optional<TimePoint> next_silence() const;
+
+  void forget_refusals(TimePoint now);
 
   std::map<protocol::WorkerId, WorkerEntry>& all() { return workers_; }
   const std::map<protocol::WorkerId, WorkerEntry>& all() const { return workers_; }

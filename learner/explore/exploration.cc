@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/base/check.h"
+#include "learner/explore/layer_start.h"
 
 namespace treeroll {
 namespace {
@@ -19,7 +20,8 @@ ExplorationSettings checked(ExplorationSettings settings, const TreeModel& start
   CHECK(1 <= settings.first_layer && settings.first_layer <= settings.last_layer &&
             settings.last_layer <= start.num_layers(),
         "layers to explore outside the tree");
-  CHECK(settings.noise_variance.size() == static_cast<std::size_t>(component_dim),
+  CHECK(settings.sensitivity_coordinates ||
+            settings.noise_variance.size() == static_cast<std::size_t>(component_dim),
         "noise_variance does not fit the layout of theta");
   return settings;
 }
@@ -32,13 +34,13 @@ Exploration::Exploration(ExplorationSettings settings, TreeModel start, ThetaLay
       seed_(seed),
       repetition_(repetition),
       policies_{Policy{std::move(start), settings_.first_layer, layout}},
-      search_(settings_, policies_.back().theta()) {
+      search_(settings_, fresh_start(settings_, policies_.back())) {
   draw_what_is_permitted();
 }
 
 std::optional<Draw> Exploration::ask() {
   if (next_ask_ == next_draw_) return std::nullopt;
-  return drawn_.at(next_ask_++);
+  return drawn_.at(next_ask_++).draw;
 }
 
 void Exploration::tell(int rollout, double reward, RolloutStatus status) {
@@ -47,21 +49,33 @@ void Exploration::tell(int rollout, double reward, RolloutStatus status) {
         "a result was told twice or without having been asked for");
   CHECK(status != RolloutStatus::kOk || (std::isfinite(reward) && reward >= 0),
         "a reward must be finite and not negative");
-  Draw draw = std::move(told->second);
+  Pending pending = std::move(told->second);
+  Draw& draw = pending.draw;
   drawn_.erase(told);
 
   const double counted = status == RolloutStatus::kOk ? reward : 0;
   ++num_told_;
   keep_if_best(draw, counted);
-  // The result of a layer that has been left is recorded above, never learnt from.
-  if (draw.layer == layer()) {
-    search_.learn(settings_, {rollout, counted, std::move(draw.theta)}, num_told_);
-    if (layer() < settings_.last_layer && search_.has_converged(settings_)) {
-      switches_.push_back(rollout);
-      go_to_next_layer();
-    }
+  // The result of a layer that has been left, or of a run that has stopped, is recorded above,
+  // never learnt from.
+  if (draw.layer == layer() && !stopped_) {
+    search_.learn({{rollout, counted, std::move(draw.theta)}, std::move(pending.from)}, num_told_);
+  }
+  if (stopped_ || stops_after(counted)) {
+    stopped_ = true;
+    return;
+  }
+  if (draw.layer == layer() && layer() < settings_.last_layer && search_.has_converged(settings_)) {
+    switches_.push_back(rollout);
+    go_to_next_layer();
   }
   draw_what_is_permitted();
+}
+
+bool Exploration::stops_after(double reward) const {
+  if (settings_.stop_at_reward && reward >= *settings_.stop_at_reward) return true;
+  return settings_.stop_on_convergence && layer() == settings_.last_layer &&
+         search_.has_converged(settings_);
 }
 
 void Exploration::keep_if_best(const Draw& draw, double reward) {
@@ -71,23 +85,32 @@ void Exploration::keep_if_best(const Draw& draw, double reward) {
 }
 
 void Exploration::go_to_next_layer() {
-  const Policy& left = policies_.back();
-  Policy next{left.tree_with(mean()), left.layer + 1, left.layout};
-  policies_.push_back(std::move(next));
-  search_ = LayerSearch(settings_, policies_.back().theta());
+  const Policy& policy = policies_.back();
+  const LeftLayer left{policy, search_.distribution(), search_.best()};
+  const Eigen::VectorXd carried = carried_theta(settings_, left);
+  policies_.push_back({policy.tree_with(carried), policy.layer + 1, policy.layout});
+  const Policy& next = policies_.back();
+  search_ = LayerSearch(
+      settings_, settings_.reuse ? start_with_experience(settings_, left, next, carried, num_told_)
+                                 : fresh_start(settings_, next));
 }
 
 void Exploration::draw_what_is_permitted() {
   // Roll-out i needs i - in_flight + 1 results; written so that no sum can overflow.
-  while (next_draw_ < settings_.num_rollouts && next_draw_ - num_told_ < settings_.in_flight) {
+  while (next_draw_ < settings_.num_rollouts && next_draw_ - num_told_ < settings_.in_flight &&
+         search_.may_draw(settings_)) {
     const RandomStream stream(seed_, repetition_, static_cast<std::uint32_t>(next_draw_),
                               RandomPurpose::kPerturbation);
-    drawn_.emplace(next_draw_, Draw{next_draw_, layer(), search_.draw(stream)});
+    LayerSearch::Drawn drawn = search_.draw(settings_, stream);
+    drawn_.emplace(next_draw_,
+                   Pending{{next_draw_, layer(), std::move(drawn.theta)}, std::move(drawn.from)});
     ++next_draw_;
   }
 }
 
-bool Exploration::done() const { return num_told_ == settings_.num_rollouts; }
+bool Exploration::done() const {
+  return stopped_ ? drawn_.empty() : num_told_ == settings_.num_rollouts;
+}
 
 const Policy& Exploration::policy(int layer) const {
   CHECK(settings_.first_layer <= layer && layer <= this->layer(), "this layer has not begun");

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -45,13 +46,18 @@ class Exploration {
   /// @param reward  finite and not negative; a failed roll-out counts as reward 0 whatever it is
   void tell(int rollout, double reward, RolloutStatus status);
 
-  bool done() const;  ///< all N results have been told
+  /// All that was drawn has been told, and no more is drawn: the N of the budget, or fewer after a
+  /// stop at a target reward or on convergence.
+  bool done() const;
+  /// The study's rule for an early stop has been met: results that are still out are told and may
+  /// be the best, but nothing is learnt from them or drawn.
+  bool stopped_early() const { return stopped_; }
   int num_told() const { return num_told_; }
   int layer() const { return policies_.back().layer; }  ///< being explored
   /// Tree as it was when `layer` began to be explored, with that layer: what theta~ refers to.
   /// Precondition: the layer has begun. The reference stays valid as long as the run.
   const Policy& policy(int layer) const;
-  /// Current mean parameters of layer().
+  /// Current mean parameters of layer(). After an early stop as they were at the stop.
   const Eigen::VectorXd& mean() const { return search_.distribution().mean; }
   /// Current exploration noise of layer(), a covariance.
   const Eigen::MatrixXd& noise() const { return search_.distribution().noise; }
@@ -74,17 +80,24 @@ class Exploration {
   void draw_what_is_permitted();
   void keep_if_best(const Draw& draw, double reward);
   void go_to_next_layer();
+  bool stops_after(double reward) const;
+
+  struct Pending {
+    Draw draw;
+    std::shared_ptr<const SearchDistribution> from;
+  };
 
   ExplorationSettings settings_;
   std::uint64_t seed_;
   std::uint32_t repetition_;
   // Of the layers begun, the first being first_layer. A deque: references stay valid as it grows.
   std::deque<Policy> policies_;
-  LayerSearch search_;         // of layer()
-  std::map<int, Draw> drawn_;  // not told yet, by number: at most in_flight
+  LayerSearch search_;            // of layer()
+  std::map<int, Pending> drawn_;  // not told yet, by number: at most in_flight
   int next_draw_ = 0;
   int next_ask_ = 0;
   int num_told_ = 0;
+  bool stopped_ = false;
   Best best_;
   std::vector<int> switches_;
 };

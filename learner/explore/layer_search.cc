@@ -7,52 +7,46 @@
 #include "learner/explore/perturbation.h"
 
 namespace treeroll {
-namespace {
 
-/// The variances of one component, repeated for each component of theta.
-Eigen::VectorXd repeated(const std::vector<double>& of_component, Eigen::Index theta_dim) {
-  const auto size = static_cast<Eigen::Index>(of_component.size());
-  CHECK(size > 0 && theta_dim % size == 0, "noise_variance does not fit the size of theta");
-  return Eigen::Map<const Eigen::VectorXd>(of_component.data(), size)
-      .replicate(theta_dim / size, 1);
+LayerSearch::LayerSearch(const ExplorationSettings& settings, LayerStart start)
+    : rule_(make_update_rule(settings, std::move(start))),
+      distribution_(std::make_shared<SearchDistribution>(rule_->distribution())),
+      window_(settings.convergence_window) {}
+
+bool LayerSearch::may_draw(const ExplorationSettings& settings) const {
+  if (settings.rule == RuleKind::kPower || !settings.complete_generations) return true;
+  const std::int64_t population = settings.population;
+  return num_drawn_ < (num_results_ / population + 1) * population;
 }
 
-}  // namespace
-
-LayerSearch::LayerSearch(const ExplorationSettings& settings, Eigen::VectorXd theta)
-    : noise_variance_(repeated(settings.noise_variance, theta.size())),
-      history_(settings.best_considered),
-      window_(settings.convergence_window) {
-  distribution_.noise =
-      (settings.initial_noise_factor * noise_variance_).asDiagonal().toDenseMatrix();
-  distribution_.mean = std::move(theta);
+LayerSearch::Drawn LayerSearch::draw(const ExplorationSettings& settings, RandomStream stream) {
+  CHECK(may_draw(settings), "the rule waits for its generation");
+  ++num_drawn_;
+  if (!factor_) factor_ = noise_factor(distribution_->noise);
+  Eigen::VectorXd normal;
+  if (to_mirror_) {
+    normal = -*to_mirror_;
+    to_mirror_.reset();
+  } else {
+    normal = normal_numbers(distribution_->mean.size(), stream);
+    if (settings.rule == RuleKind::kCmaEs && settings.mirrored) to_mirror_ = normal;
+  }
+  return {perturb(distribution_->mean, *factor_, normal), distribution_};
 }
 
-Eigen::VectorXd LayerSearch::draw(RandomStream stream) {
-  if (!factor_) factor_ = noise_factor(distribution_.noise);
-  return perturb(distribution_.mean, *factor_, stream);
-}
-
-void LayerSearch::learn(const ExplorationSettings& settings, RatedRollout rollout,
-                        int num_results_of_run) {
+void LayerSearch::learn(const ToldRollout& told, int num_results_of_run) {
   ++num_results_;
-  window_.add(rollout.reward);
-  history_.add(std::move(rollout));
-  if (num_results_ < settings.first_update) return;
-
-  const double fraction =
-      settings.minimum_noise_fraction * minimum_noise_decay(settings, num_results_of_run);
-  std::optional<SearchDistribution> updated =
-      power_update(history_.ranked(), distribution_.mean, fraction * noise_variance_);
-  if (!updated) return;
-  distribution_ = *std::move(updated);
+  window_.add(told.rated.reward);
+  if (!rule_->learn(told, num_results_of_run)) return;
+  distribution_ = std::make_shared<SearchDistribution>(rule_->distribution());
   factor_.reset();
 }
 
 bool LayerSearch::has_converged(const ExplorationSettings& settings) const {
+  const int first_update =
+      settings.rule == RuleKind::kPower ? settings.first_update : settings.population;
   const std::int64_t enough =
-      std::int64_t{std::max(settings.convergence_window, settings.first_update)} +
-      settings.in_flight - 1;
+      std::int64_t{std::max(settings.convergence_window, first_update)} + settings.in_flight - 1;
   return num_results_ >= enough && *window_.slope() < settings.convergence_slope;
 }
 

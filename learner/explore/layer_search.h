@@ -2,46 +2,59 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <span>
 
 #include "common/base/random_stream.h"
-#include "learner/explore/best_rollouts.h"
 #include "learner/explore/convergence.h"
 #include "learner/explore/exploration_settings.h"
-#include "learner/explore/power_update.h"
+#include "learner/explore/layer_start.h"
+#include "learner/explore/update_rule.h"
 
 namespace treeroll {
 
-/// The search within one layer: lines 2 to 10 of thesis algorithm 2. Made anew at each switch, so
-/// that noise and history start afresh. Holds I roll-outs and 2 M rewards, however long it runs.
+/// The search within one layer: lines 2 to 10 of thesis algorithm 2 around an update rule. Made
+/// anew at each switch. Holds what its rule holds and 2 M rewards, however long it runs.
 class LayerSearch {
  public:
-  /// @param theta  n x 1, where the search starts; n a multiple of noise_variance's size
-  LayerSearch(const ExplorationSettings& settings, Eigen::VectorXd theta);
+  LayerSearch(const ExplorationSettings& settings, LayerStart start);
 
-  const SearchDistribution& distribution() const { return distribution_; }
+  const SearchDistribution& distribution() const { return *distribution_; }
+  /// The best roll-outs that a next layer may build on, best first.
+  std::span<const RatedRollout> best() const { return rule_->best(); }
 
-  /// theta~ drawn from the distribution as it stands.
-  Eigen::VectorXd draw(RandomStream stream);
+  /// False while the rule waits for its generation to be complete.
+  bool may_draw(const ExplorationSettings& settings) const;
+  struct Drawn {
+    Eigen::VectorXd theta;  ///< theta~
+    std::shared_ptr<const SearchDistribution> from;
+  };
+  /// theta~ drawn from the distribution as it stands; with mirrored draws every second one has the
+  /// opposite normal numbers of the one before it. Precondition: may_draw().
+  Drawn draw(const ExplorationSettings& settings, RandomStream stream);
 
-  /// A result of this layer joins the history; from the S_init-th on an update follows.
+  /// A result of this layer.
   /// @param num_results_of_run  results applied in this run, this one included: n of the minimum
   ///                            noise's decay
-  void learn(const ExplorationSettings& settings, RatedRollout rollout, int num_results_of_run);
+  void learn(const ToldRollout& told, int num_results_of_run);
 
   /// Enough results of this layer, max(M, S_init) + in_flight - 1, and the slope of the last M
-  /// below eps_conv, (3-7). The in_flight - 1 allow for results drawn before the latest updates.
+  /// below eps_conv, (3-7). The in_flight - 1 allow for results drawn before the latest updates. A
+  /// population rule's S_init is its population.
   bool has_converged(const ExplorationSettings& settings) const;
 
   std::optional<double> reward_slope() const { return window_.slope(); }
   std::optional<double> mean_reward() const { return window_.mean(); }
 
  private:
-  SearchDistribution distribution_;
+  std::unique_ptr<UpdateRule> rule_;
+  std::shared_ptr<const SearchDistribution> distribution_;  // the rule's, for those drawn from it
   std::optional<Eigen::MatrixXd> factor_;  // of the noise, made when a draw needs it
-  Eigen::VectorXd noise_variance_;         // n x 1, gamma = 1: (minimum noise) / eps_noise
-  BestRollouts history_;
+  std::optional<Eigen::VectorXd>
+      to_mirror_;  // normal numbers of the last draw, if it has no mirror
   RewardWindow window_;
+  std::int64_t num_drawn_ = 0;
   std::int64_t num_results_ = 0;
 };
 

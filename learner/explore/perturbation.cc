@@ -19,10 +19,14 @@ Eigen::MatrixXd noise_factor(const Eigen::MatrixXd& noise) {
   return factorised.matrixL();
 }
 
-Eigen::VectorXd perturb(const Eigen::VectorXd& mean, const Eigen::MatrixXd& factor,
-                        RandomStream stream) {
-  Eigen::VectorXd normal(mean.size());
+Eigen::VectorXd normal_numbers(Eigen::Index n, RandomStream stream) {
+  Eigen::VectorXd normal(n);
   for (double& element : normal) element = stream.next_normal();
+  return normal;
+}
+
+Eigen::VectorXd perturb(const Eigen::VectorXd& mean, const Eigen::MatrixXd& factor,
+                        const Eigen::VectorXd& normal) {
   return mean + factor.triangularView<Eigen::Lower>() * normal;
 }
 

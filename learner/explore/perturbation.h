@@ -13,10 +13,14 @@ namespace treeroll {
 /// @param noise  n x n, symmetric, positive semi-definite within rounding, diagonal above 0
 Eigen::MatrixXd noise_factor(const Eigen::MatrixXd& noise);
 
-/// theta~ = mean + factor z, line 6 of thesis algorithm 2, z standard normal. Element i of z is
-/// the i-th normal number of the stream: the first elements do not depend on n.
+/// n standard normal numbers. Element i is the i-th of the stream: the first elements do not depend
+/// on n.
+Eigen::VectorXd normal_numbers(Eigen::Index n, RandomStream stream);
+
+/// theta~ = mean + factor z, line 6 of thesis algorithm 2.
 /// @param factor  n x n, of noise_factor()
+/// @param normal  n x 1, z of normal_numbers()
 Eigen::VectorXd perturb(const Eigen::VectorXd& mean, const Eigen::MatrixXd& factor,
-                        RandomStream stream);
+                        const Eigen::VectorXd& normal);
 
 }  // namespace treeroll

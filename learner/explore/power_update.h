@@ -5,14 +5,9 @@
 #include <span>
 
 #include "learner/explore/best_rollouts.h"
+#include "learner/explore/search_distribution.h"
 
 namespace treeroll {
-
-/// What theta is drawn from: N(mean, noise).
-struct SearchDistribution {
-  Eigen::VectorXd mean;   ///< n x 1
-  Eigen::MatrixXd noise;  ///< n x n, symmetric positive definite: the exploration noise
-};
 
 /// Black-box PoWER, thesis (3-14) and (3-15):
 ///

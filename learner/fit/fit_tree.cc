@@ -5,15 +5,19 @@
 #include <vector>
 
 #include "common/base/check.h"
+#include "learner/fit/kmeans.h"
 
 namespace treeroll {
 namespace {
 
 Gmm fit_layer(const Eigen::MatrixXd& data, int num_components, const FitSettings& settings) {
   try {
-    return fit_em(
-        equally_spaced(data, settings.input_dim, num_components, settings.initial_output_deviation),
-        data, settings.em);
+    const Gmm start = settings.start == FitStart::kKmeans
+                          ? kmeans(data, settings.input_dim, num_components, settings.kmeans_seed,
+                                   settings.em.regularisation)
+                          : equally_spaced(data, settings.input_dim, num_components,
+                                           settings.initial_output_deviation);
+    return fit_em(start, data, settings.em);
   } catch (const std::invalid_argument& error) {
     throw FitError(error.what());
   }

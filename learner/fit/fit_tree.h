@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 
 #include "common/policy/tree_model.h"
 #include "learner/fit/em.h"
@@ -8,17 +9,24 @@
 
 namespace treeroll {
 
+/// Where EM starts.
+enum class FitStart {
+  kEquallySpaced,  ///< over the range of the first input, thesis section 4-3-1
+  kKmeans,         ///< the clusters of k-means
+};
+
 /// How a model is fitted to a demonstration.
 struct FitSettings {
   FrameKind frame_kind = FrameKind::kEigenvector;
   int input_dim = 1;
   EmSettings em;
-  double initial_output_deviation = 5;  ///< zeta_2, of the components EM starts from
-  SplitSettings split;                  ///< bottom-up trees only
+  FitStart start = FitStart::kEquallySpaced;
+  double initial_output_deviation = 5;  ///< zeta_2, of equally spaced components EM starts from
+  std::uint64_t kmeans_seed = 1;
+  SplitSettings split;  ///< bottom-up trees only
 };
 
-/// A tree of one layer: plain EM from components equally spaced in the first input. Throws
-/// FitError.
+/// A tree of one layer: plain EM from the start the settings name. Throws FitError.
 /// @param data  d x N, columns are observations
 TreeModel fit_flat(const Eigen::MatrixXd& data, int num_components, const FitSettings& settings);
 

@@ -3,49 +3,46 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/base/settings_reader.h"
-#include "learner/fit/demonstration.h"
+#include "learner/fit/component_layers.h"
+#include "learner/fit/demonstration_settings.h"
 #include "learner/fit/fit_tree.h"
 
 namespace treeroll {
 namespace {
 
-constexpr int kInputDim = 1;  // Time.
-constexpr int kDim = 2;       // Time and the cart's acceleration.
 constexpr std::size_t kLayersMax = 8;
 constexpr double kComponentsMax = 64;
 /// Densities evaluated by one fit: half a minute of a processor.
 constexpr double kWorkMax = 1e9;
 
-CartAcceleration read_demonstration(SettingsReader reader) {
-  CartAcceleration settings;
-  reader.choice("kind", {"cart_acceleration"}, "cart_acceleration");
-  settings.duration_s = reader.number("duration_s", {.min = 1e-3, .max = 1e6}, settings.duration_s);
-  settings.num_samples =
-      static_cast<int>(reader.integer("samples", 2, 100000, settings.num_samples));
-  const std::vector<double> p =
-      reader.numbers("p", {.min = -1e6, .max = 1e6}, settings.p_m.size(), settings.p_m.size(),
-                     std::vector<double>(settings.p_m.begin(), settings.p_m.end()));
-  for (std::size_t i = 0; i < p.size(); ++i) settings.p_m[i] = p[i];
-  reader.finish();
-  return settings;
-}
-
-FitSettings read_fit(SettingsReader reader) {
+/// @param demonstration  what suits its units is the default
+FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration) {
   FitSettings settings;
-  settings.input_dim = kInputDim;
+  settings.input_dim = demonstration.input_dim;
   settings.em.num_iterations =
       static_cast<int>(reader.integer("iterations", 0, 100000, settings.em.num_iterations));
-  const std::vector<double> regularisation = reader.numbers(
-      "regularisation", {.min = 0, .max = 1e12}, kDim, kDim, std::vector<double>{1e-3, 1});
-  settings.em.regularisation = Eigen::Map<const Eigen::VectorXd>(regularisation.data(), kDim);
-  settings.initial_output_deviation = reader.number(
-      "initial_output_deviation", {.min = 1e-6, .max = 1e6}, settings.initial_output_deviation);
+  const Eigen::VectorXd& standard = demonstration.regularisation;
+  const auto dim = static_cast<std::size_t>(standard.size());
+  const std::vector<double> regularisation =
+      reader.numbers("regularisation", {.min = 0, .max = 1e50}, dim, dim,
+                     std::vector<double>(standard.begin(), standard.end()));
+  settings.em.regularisation =
+      Eigen::Map<const Eigen::VectorXd>(regularisation.data(), standard.size());
+  if (reader.choice("start", {"equally_spaced", "kmeans"}, "equally_spaced") == "kmeans") {
+    settings.start = FitStart::kKmeans;
+    settings.kmeans_seed =
+        static_cast<std::uint64_t>(reader.integer("kmeans_seed", 0, 1'000'000'000, 1));
+  } else {
+    settings.initial_output_deviation = reader.number(
+        "initial_output_deviation", {.min = 1e-20, .max = 1e20}, demonstration.output_deviation);
+  }
   settings.split.axis =
       reader.choice("split_axis", {"cholesky", "principal"}, "cholesky") == "principal"
           ? SplitAxis::kPrincipal
@@ -55,7 +52,7 @@ FitSettings read_fit(SettingsReader reader) {
 }
 
 /// Number of components a layer, coarse to fine.
-std::vector<int> read_components(SettingsReader& policy, bool is_flat, int num_samples) {
+std::vector<int> read_components(SettingsReader& policy, bool is_flat, Eigen::Index num_samples) {
   const std::vector<double> numbers = policy.numbers(
       "components", {.min = 1, .max = kComponentsMax}, 1, kLayersMax, std::vector<double>{2, 4});
   std::vector<int> components;
@@ -76,35 +73,62 @@ std::vector<int> read_components(SettingsReader& policy, bool is_flat, int num_s
   return components;
 }
 
-}  // namespace
+ThetaLayout read_layout(SettingsReader& policy) {
+  const std::string word =
+      policy.choice("layout",
+                    {kThetaLayoutNames[0], kThetaLayoutNames[1], kThetaLayoutNames[2],
+                     kThetaLayoutNames[3], kThetaLayoutNames[4]},
+                    "means_cholesky");
+  std::size_t index = 0;
+  while (kThetaLayoutNames[index] != word) ++index;
+  return static_cast<ThetaLayout>(index);
+}
 
-StartPolicy read_start_policy(SettingsReader& policy) {
+TreeModel fit_demonstration(SettingsReader& policy, FrameKind frame_kind,
+                            const FileReader& read_file) {
   const std::string model = policy.choice("model", {"tree", "flat", "top_down_tree"}, "tree");
-  const std::string layout = policy.choice("layout", {"means", "means_cholesky"}, "means_cholesky");
-  const std::string frames = policy.choice("frames", {"eigenvector", "cholesky"}, "eigenvector");
-  const CartAcceleration demonstration = read_demonstration(policy.table("demonstration"));
-  FitSettings fit = read_fit(policy.table("fit"));
-  fit.frame_kind = frames == "cholesky" ? FrameKind::kCholesky : FrameKind::kEigenvector;
-  const std::vector<int> components =
-      read_components(policy, model == "flat", demonstration.num_samples);
-  const double work = 1. * components.back() * demonstration.num_samples * fit.em.num_iterations;
+  const Demonstration demonstration = read_demonstration(policy.table("demonstration"), read_file);
+  const Eigen::MatrixXd& data = demonstration.data;
+  FitSettings fit = read_fit(policy.table("fit"), demonstration);
+  fit.frame_kind = frame_kind;
+  const std::vector<int> components = read_components(policy, model == "flat", data.cols());
+  const double work =
+      1. * components.back() * static_cast<double>(data.cols()) * fit.em.num_iterations;
   if (work > kWorkMax) {
     policy.refuse("fit", fmt::format("components x samples x iterations is {:.0f}, must be at most "
                                      "{:.0f}",
                                      work, kWorkMax));
   }
   const int num_layers = static_cast<int>(components.size());
-  const Eigen::MatrixXd data = demonstrate(demonstration);
   try {
-    TreeModel tree = model == "flat"   ? fit_flat(data, components.back(), fit)
-                     : model == "tree" ? fit_bottom_up(data, components.front(), num_layers, fit)
-                                       : fit_top_down(data, components.back(), num_layers, fit);
-    return {std::move(tree), layout == "means" ? ThetaLayout::kMeans : ThetaLayout::kMeansCholesky};
+    return model == "flat"   ? fit_flat(data, components.back(), fit)
+           : model == "tree" ? fit_bottom_up(data, components.front(), num_layers, fit)
+                             : fit_top_down(data, components.back(), num_layers, fit);
   } catch (const FitError& error) {
     policy.refuse("fit", fmt::format("no model can be fitted: {}", error.what()));
   } catch (const std::invalid_argument& error) {
     policy.refuse("fit", fmt::format("no model can be fitted: {}", error.what()));
   }
+}
+
+TreeModel given_components(SettingsReader& policy, FrameKind frame_kind) {
+  const std::string model = policy.choice("model", {"tree", "flat"}, "tree");
+  TreeModel tree = read_component_layers(policy, frame_kind);
+  return model == "tree" ? tree : TreeModel::from_global(frame_kind, {tree.finest()}, {{}});
+}
+
+}  // namespace
+
+StartPolicy read_start_policy(SettingsReader& policy, const FileReader& read_file) {
+  const bool is_given = policy.choice("start", {"fit", "components"}, "fit") == "components";
+  const ThetaLayout layout = read_layout(policy);
+  const FrameKind frame_kind =
+      policy.choice("frames", {"eigenvector", "cholesky"}, "eigenvector") == "cholesky"
+          ? FrameKind::kCholesky
+          : FrameKind::kEigenvector;
+  return {is_given ? given_components(policy, frame_kind)
+                   : fit_demonstration(policy, frame_kind, read_file),
+          layout};
 }
 
 }  // namespace treeroll

@@ -2,6 +2,7 @@
 
 #include "common/policy/theta_layout.h"
 #include "common/policy/tree_model.h"
+#include "learner/fit/csv_demonstration.h"
 
 namespace treeroll {
 
@@ -13,25 +14,29 @@ struct StartPolicy {
   ThetaLayout layout = ThetaLayout::kMeansCholesky;
 };
 
-/// Reads the [policy] table of a study and builds the policy it describes: demonstration, fit,
-/// tree. Throws ConfigError. Does not call finish(): the caller does. Every key has a default;
-/// these are the thesis's swing-up (section 4-3, table 4-3):
+/// Reads the [policy] table of a study and builds the policy it describes: from a demonstration,
+/// a fit and a tree, or as given component by component. Throws ConfigError. Does not call
+/// finish(): the caller does. Every key has a default; these are the thesis's swing-up (section
+/// 4-3, table 4-3):
 ///
 ///   [policy]
 ///   model = "tree"                 # bottom-up; or "top_down_tree", or "flat"
 ///   components = [2, 4]            # a layer each, coarse to fine, doubling; flat uses the last
-///   layout = "means_cholesky"      # what is explored; or "means"
+///   start = "fit"                  # or "components": see below
+///   layout = "means_cholesky"      # what is explored: a name of kThetaLayoutNames
 ///   frames = "eigenvector"         # or "cholesky"
-///   [policy.demonstration]
-///   kind = "cart_acceleration"     # (4-5): time in s -> acceleration of the cart in m/s^2
-///   duration_s = 2.2
-///   samples = 200
-///   p = [-0.106, -0.185, 0.092, 0.134]
+///   [policy.demonstration]         # (4-5), or CSV files: see demonstration_settings.h
 ///   [policy.fit]
 ///   iterations = 500
 ///   regularisation = [1e-3, 1]     # variances added in each M step: s^2, (m/s^2)^2
-///   initial_output_deviation = 5   # zeta_2 of the components EM starts from, m/s^2
-///   split_axis = "cholesky"        # or "principal"
-StartPolicy read_start_policy(SettingsReader& policy);
+///   start = "equally_spaced"       # components over the first input; or "kmeans"
+///   kmeans_seed = 1                # of "kmeans"
+///   initial_output_deviation = 5   # of "equally_spaced": zeta_2 of the components EM starts from,
+///   m/s^2 split_axis = "cholesky"        # or "principal"
+///
+/// With start = "components" there is no demonstration and no fit; the layers stand as
+/// component_layers.h says, and model is "tree", or "flat" for the finest layer alone.
+/// @param read_file  gives the files of a demonstration; without it there are none
+StartPolicy read_start_policy(SettingsReader& policy, const FileReader& read_file = {});
 
 }  // namespace treeroll

@@ -105,15 +105,20 @@ Result<JournalTail> read_journal(const std::filesystem::path& path,
   return tail;
 }
 
-JournalWriter::JournalWriter(std::filesystem::path path, const JournalTail& tail)
-    : path_(std::move(path)), next_number_(tail.num_records), last_check_(tail.last_check) {
+JournalWriter::JournalWriter(std::filesystem::path path) : path_(std::move(path)) {
   descriptor_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
   if (descriptor_ < 0) fail("open");
-  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-    if (errno != EWOULDBLOCK) fail("lock");
-    close(descriptor_);
-    throw std::runtime_error(fmt::format("{}: another learner is writing it", path_.string()));
-  }
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+  const int error = errno;
+  close(descriptor_);
+  errno = error;
+  if (error != EWOULDBLOCK) fail("lock");
+  throw std::runtime_error(fmt::format("{}: another learner is writing it", path_.string()));
+}
+
+void JournalWriter::continue_after(const JournalTail& tail) {
+  next_number_ = tail.num_records;
+  last_check_ = tail.last_check;
   if (ftruncate(descriptor_, static_cast<off_t>(tail.intact_bytes)) != 0) fail("cut");
   if (lseek(descriptor_, 0, SEEK_END) < 0) fail("seek");
 }

@@ -30,13 +30,15 @@ Result<JournalTail> read_journal(const std::filesystem::path& path,
 /// cannot write must stop. One thread.
 class JournalWriter {
  public:
-  /// Opens (or makes) the journal behind its intact part; a torn tail is cut off. Takes a lock that
-  /// the kernel releases when the process ends; throws if another learner holds it.
-  JournalWriter(std::filesystem::path path, const JournalTail& tail);
+  /// Opens or makes the journal and takes a lock that the kernel releases when the process ends;
+  /// throws if another learner holds it.
+  explicit JournalWriter(std::filesystem::path path);
   ~JournalWriter();
   JournalWriter(const JournalWriter&) = delete;
   JournalWriter& operator=(const JournalWriter&) = delete;
 
+  /// Goes on behind what has been read of the journal since it was opened; a torn tail is cut off.
+  void continue_after(const JournalTail& tail);
   void append(const JournalRecord& record, std::int64_t wall_time_us);
   void flush();
   /// flush() and fdatasync(2).
@@ -48,8 +50,8 @@ class JournalWriter {
 
   std::filesystem::path path_;
   int descriptor_ = -1;
-  std::int64_t next_number_;
-  std::uint64_t last_check_;
+  std::int64_t next_number_ = 0;
+  std::uint64_t last_check_ = 0;
   std::string buffer_;
   bool has_unsynced_ = false;
 };

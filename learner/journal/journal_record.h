@@ -10,12 +10,15 @@
 
 namespace treeroll {
 
+/// Raised whenever drawing or updating changes: an older journal would fold to other bits.
+inline constexpr std::uint32_t kAlgorithmVersion = 1;
+
 /// What the journal says, record by record.
 
 /// A learner has begun to write, the first or after an interruption.
 struct JournalStart {
-  std::uint32_t algorithm_version = 0;  ///< of drawing and updating: another one gives other bits
-  ContentHash study_id;                 ///< of the resolved study's text
+  std::uint32_t algorithm_version = kAlgorithmVersion;
+  ContentHash study_id;  ///< of the resolved study's text
   std::int64_t learner_id = 0;
   bool operator==(const JournalStart&) const = default;
 };

@@ -21,6 +21,7 @@ const std::map<std::string, Room>& rooms() {
       {"learner/report", {.arrows = {"learner/core"}}},
       {"learner/app",
        {.arrows = {"learner/core", "learner/journal", "learner/report", "common/transport"}}},
+      {"deploy/own_task", {.arrows = {"workers/app"}, .is_portable = true}},
   };
   return table;
 }

@@ -63,6 +63,41 @@ TEST(SettingsReaderTest, NamesKeyValueAndRule) {
   EXPECT_EQ(error_of(R"({"t": 3})", [](auto& r) { r.table("t"); }), "task.t = 3: must be a table");
 }
 
+TEST(SettingsReaderTest, ReadsRowsAndPlainNumbersInTheirPlace) {
+  using Rows = std::vector<std::vector<double>>;
+  const json table = json::parse(R"({"two": [[1, 2], [3, 4]], "one_row": [5, 6], "columns": [7, 8],
+                                     "words": ["a", "b"]})");
+  json resolved;
+  SettingsReader reader(table, "task", resolved);
+  EXPECT_EQ(reader.rows("two", kAnyNumber, 2, 2, 2), (Rows{{1, 2}, {3, 4}}));
+  EXPECT_EQ(reader.rows("one_row", kAnyNumber, 2, 2, 3), (Rows{{5, 6}}));
+  EXPECT_EQ(reader.rows("columns", kAnyNumber, 2, 1, 1), (Rows{{7}, {8}}));
+  EXPECT_EQ(reader.rows("absent", kAnyNumber, 2, 2, 2, Rows{{0, 9}}), (Rows{{0, 9}}));
+  EXPECT_EQ(reader.strings("words", 2), (std::vector<std::string>{"a", "b"}));
+  reader.finish();
+  const json first = resolved;
+  SettingsReader again(first, "task", resolved = {});
+  again.rows("columns", kAnyNumber, 2, 1, 1);
+  EXPECT_EQ(resolved["columns"], first["columns"]);
+}
+
+TEST(SettingsReaderTest, RefusesRowsThatAreNoTable) {
+  const auto error = [](const char* text) {
+    return error_of(text, [](auto& r) { r.rows("a", kNotNegative, 2, 2, 3); });
+  };
+  EXPECT_EQ(error(R"({"a": 1})"), "task.a = 1: must be a list of lists of numbers");
+  EXPECT_THAT(error(R"({"a": []})"), HasSubstr("must be a list of lists"));
+  EXPECT_THAT(error(R"({"a": [[1, 2], 3]})"), HasSubstr("must be a list of lists"));
+  EXPECT_THAT(error(R"({"a": [1, [2, 3]]})"), HasSubstr("must be a list of lists"));
+  EXPECT_THAT(error(R"({"a": [[1, "x"]]})"), HasSubstr("each number of the lists must be"));
+  EXPECT_THAT(error(R"({"a": [[1, -2]]})"), HasSubstr("of at least 0"));
+  EXPECT_THAT(error(R"({"a": [[1, 2], [1, 2, 3]]})"), HasSubstr("equally long"));
+  EXPECT_THAT(error(R"({"a": [[1]]})"), HasSubstr("from 2 to 3 numbers"));
+  EXPECT_THAT(error(R"({"a": [[1, 2], [1, 2], [1, 2]]})"), HasSubstr("at most 2 lists"));
+  EXPECT_THAT(error_of(R"({"a": ["x", 1]})", [](auto& r) { r.strings("a", 3); }),
+              HasSubstr("must be a list of 1 to 3 strings"));
+}
+
 TEST(SettingsReaderTest, RefusesAKeyNobodyAskedFor) {
   EXPECT_THAT(error_of(R"({"a": 1, "aa": 2})", [](auto& r) { r.number("a", kAnyNumber); }),
               HasSubstr("task.aa = 2: unknown key; known here: a"));

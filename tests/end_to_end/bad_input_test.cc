@@ -136,6 +136,9 @@ TEST(BadPathTest, AMissingStudyAFolderAndAFullStateDirectoryAreRefused) {
   says({good, "--lcm-url", service.url(), "--state-dir", service.directory().string()},
        "--state-dir = " + service.directory().string() + ": must be new or empty");
   says({good, "--lcm-url", service.url(), "--state-dir", good}, "must be a directory");
+  says({"--resume", service.directory().string()}, "must be the state directory of a study");
+  says({good, "--resume", service.directory().string()}, "--resume");
+  says({}, "STUDY or --resume");
 }
 
 TEST(BadPathTest, WithoutAMulticastRouteTheCureIsNamed) {

@@ -190,24 +190,79 @@ TEST(LearningTest, LocalWorkersLearnAndEndWithTheirLearner) {
   }));
 }
 
-TEST(LearningTest, AStoppedLearnerKeepsWhatItHasAndSaysSo) {
+/// A learner that resumes `state`, with two local evaluators.
+std::vector<std::string> resume_arguments(const Service& service) {
+  return {"--resume",   (service.directory() / "state").string(),
+          "--json",     "--local-workers",
+          "2",          "--lcm-url",
+          service.url()};
+}
+
+std::vector<std::string> start_arguments(const Service& service) {
+  return {service.study(kTenThousand).string(),
+          "--json",
+          "--local-workers",
+          "2",
+          "--lcm-url",
+          service.url(),
+          "--state-dir",
+          (service.directory() / "state").string(),
+          "--set",
+          "study.rollouts=300"};
+}
+
+TEST(LearningTest, AStoppedLearnerSaysSoAndGoesOnWhereItWas) {
   const Service service;
-  Daemon learner(
-      "treeroll-learner",
-      {service.study(kTenThousand).string(), "--json", "--local-workers", "2", "--lcm-url",
-       service.url(), "--state-dir", (service.directory() / "state").string()},
-      service.directory());
+  Daemon learner("treeroll-learner", start_arguments(service), service.directory());
   ASSERT_TRUE(eventually(seconds(20), [&] {
     return learner.standard_error().find("has joined") != std::string::npos;
   }));
   std::this_thread::sleep_for(milliseconds(300));
   learner.kill(SIGTERM);
-  const Service::Learnt learnt = service.learnt(learner, "state", seconds(20));
-  EXPECT_EQ(learnt.status, 1);
-  EXPECT_THAT(learnt.log, HasSubstr("stopped early"));
-  const auto applied = learnt.summary["ledger"]["applied"].get<std::int64_t>();
+  const Service::Learnt stopped = service.learnt(learner, "state", seconds(20));
+  EXPECT_EQ(stopped.status, 3) << stopped.log;
+  EXPECT_THAT(stopped.log, HasSubstr("--resume"));
+  const auto applied = stopped.summary["ledger"]["applied"].get<std::int64_t>();
   EXPECT_GT(applied, 0);
-  EXPECT_EQ(std::count(learnt.rollouts_csv.begin(), learnt.rollouts_csv.end(), '\n'), applied + 1);
+  EXPECT_LT(applied, 3000);
+  EXPECT_EQ(std::count(stopped.rollouts_csv.begin(), stopped.rollouts_csv.end(), '\n'),
+            applied + 1);
+
+  Daemon resumed("treeroll-learner", resume_arguments(service), service.directory());
+  const Service::Learnt whole = service.learnt(resumed, "state", seconds(100));
+  ASSERT_EQ(whole.status, 0) << whole.log;
+  EXPECT_EQ(whole.summary["ledger"]["applied"], 3000);
+  const Service::Learnt reference = service.learn(
+      service.study(kTenThousand), {"--local-workers", "2", "--set", "study.rollouts=300"});
+  EXPECT_EQ(whole.rollouts_csv, reference.rollouts_csv);
+  EXPECT_EQ(whole.runs_csv, reference.runs_csv);
+}
+
+TEST(LearningTest, ALearnerThatIsKilledAgainAndAgainEndsWithTheSameFiles) {
+  const Service service;
+  const Service::Learnt reference = service.learn(
+      service.study(kTenThousand), {"--local-workers", "2", "--set", "study.rollouts=300"});
+  std::vector<std::string> arguments = start_arguments(service);
+  std::int64_t journalled = 0;
+  for (int kill = 0; kill < 4; ++kill) {
+    Daemon learner("treeroll-learner", arguments, service.directory());
+    ASSERT_TRUE(eventually(seconds(20), [&] {
+      return learner.standard_error().find("has joined") != std::string::npos;
+    })) << learner.standard_error();
+    std::this_thread::sleep_for(milliseconds(60 + 50 * kill));
+    learner.kill(SIGKILL);
+    learner.wait(seconds(10));
+    const auto size = static_cast<std::int64_t>(
+        std::filesystem::file_size(service.directory() / "state" / "journal.lcmlog"));
+    EXPECT_GT(size, journalled);
+    journalled = size;
+    arguments = resume_arguments(service);
+  }
+  Daemon last("treeroll-learner", arguments, service.directory());
+  const Service::Learnt whole = service.learnt(last, "state", seconds(100));
+  ASSERT_EQ(whole.status, 0) << whole.log;
+  EXPECT_EQ(whole.rollouts_csv, reference.rollouts_csv);
+  EXPECT_EQ(whole.runs_csv, reference.runs_csv);
 }
 
 TEST(LearningTest, TheBusIsTakenFromTheEnvironmentToo) {

@@ -35,6 +35,7 @@ TEST(ExplorationSettingsTest, DefaultsToTable43AndToEveryLayerOfTheTree) {
   expected.initial_noise_factor = 1;
   expected.minimum_noise_fraction = 5e-3;
   expected.minimum_noise_decay_start = 0;
+  expected.reuse = true;
   expected.first_layer = 1;
   expected.last_layer = 2;
   EXPECT_EQ(settings, expected);
@@ -51,6 +52,7 @@ TEST(ExplorationSettingsTest, ReadsEveryKey) {
                       {"minimum_noise_fraction", .02},
                       {"minimum_noise_decay_start", 50},
                       {"minimum_noise_decay_power", 2},
+                      {"reuse", false},
                       {"first_layer", 2},
                       {"last_layer", 2}};
   json resolved;
@@ -65,10 +67,90 @@ TEST(ExplorationSettingsTest, ReadsEveryKey) {
   expected.minimum_noise_fraction = .02;
   expected.minimum_noise_decay_start = 50;
   expected.minimum_noise_decay_power = 2;
+  expected.reuse = false;
   expected.first_layer = 2;
   expected.last_layer = 2;
   EXPECT_EQ(settings, expected);
-  EXPECT_EQ(resolved, table);
+  json complete = table;
+  complete["stop_on_convergence"] = false;
+  EXPECT_EQ(resolved, complete);
+}
+
+TEST(ExplorationSettingsTest, ReadsTheKeysOfEachRule) {
+  json resolved;
+  json table = {{"rule", "pi2"},        {"noise_variance", {.1, 1}},
+                {"population", 30},     {"generation", "stale"},
+                {"eliteness", 7},       {"covariance_learning_rate", .25},
+                {"noise_decay", .9},    {"minimum_noise_fraction", 0},
+                {"stop_at_reward", .9}, {"stop_on_convergence", true}};
+  ExplorationSettings pi2;
+  pi2.rule = RuleKind::kPi2;
+  pi2.population = 30;
+  pi2.complete_generations = false;
+  pi2.eliteness = 7;
+  pi2.covariance_learning_rate = .25;
+  pi2.noise_decay = .9;
+  pi2.minimum_noise_fraction = 0;
+  pi2.noise_variance = {.1, 1};
+  pi2.stop_at_reward = .9;
+  pi2.stop_on_convergence = true;
+  pi2.last_layer = 2;
+  EXPECT_EQ(read(table, resolved, ThetaLayout::kMeans), pi2);
+
+  ExplorationSettings cem;
+  cem.rule = RuleKind::kCem;
+  cem.population = 4;
+  cem.elites = 3;
+  cem.minimum_noise_fraction = 0;
+  cem.noise_variance = {.1, 1};
+  cem.last_layer = 2;
+  table = {{"rule", "cem"}, {"noise_variance", {.1, 1}}, {"population", 4}, {"elites", 3}};
+  EXPECT_EQ(read(table, resolved, ThetaLayout::kMeans), cem);
+
+  ExplorationSettings cma_es;
+  cma_es.rule = RuleKind::kCmaEs;
+  cma_es.population = 12;
+  cma_es.active = false;
+  cma_es.mirrored = false;
+  cma_es.rate_factor = 5;
+  cma_es.sensitivity_coordinates = true;
+  cma_es.initial_step = .1;
+  cma_es.last_layer = 2;
+  table = {{"rule", "cma_es"}, {"active", false},    {"mirrored", false},
+           {"rate_factor", 5}, {"initial_step", .1}, {"coordinates", "sensitivity"}};
+  EXPECT_EQ(read(table, resolved, ThetaLayout::kMeans), cma_es);
+  json of_cma_es;
+  read(table, of_cma_es, ThetaLayout::kMeans);
+  json resolved_again;
+  EXPECT_EQ(read(of_cma_es, resolved_again, ThetaLayout::kMeans), cma_es);
+}
+
+TEST(ExplorationSettingsTest, RefusesTheKeysOfAnotherRule) {
+  struct Case {
+    const char* rule;
+    const char* key;
+    json value;
+  };
+  for (const Case& of :
+       {Case{"power", "population", 20}, Case{"power", "generation", "stale"},
+        Case{"pi2", "first_update", 5}, Case{"pi2", "elites", 5}, Case{"cem", "eliteness", 10},
+        Case{"cem", "active", true}, Case{"cma_es", "minimum_noise_fraction", .1},
+        Case{"cma_es", "initial_step", .1}, Case{"cma_es", "noise_decay", .9}}) {
+    json table = kTable;
+    table["rule"] = of.rule;
+    table[of.key] = of.value;
+    json resolved;
+    EXPECT_THROW(read(table, resolved), ConfigError) << of.rule << ' ' << of.key;
+  }
+  json resolved;
+  EXPECT_THROW(
+      read({{"rule", "cma_es"}, {"coordinates", "sensitivity"}, {"noise_variance", {.01, .3, .02}}},
+           resolved),
+      ConfigError);
+  EXPECT_THROW(
+      read({{"rule", "cem"}, {"population", 4}, {"elites", 5}, {"noise_variance", {.01, .3, .02}}},
+           resolved),
+      ConfigError);
 }
 
 TEST(ExplorationSettingsTest, GivesTheSameAgainFromWhatItResolved) {
@@ -86,7 +168,7 @@ TEST(ExplorationSettingsTest, NamesKeyAndRuleOfWhatItRefuses) {
     const char* error;
   };
   const Case cases[] = {
-      {"rule", "cma", "exploration.rule = \"cma\": must be one of: power"},
+      {"rule", "cma", "exploration.rule = \"cma\": must be one of: power, pi2, cem, cma_es"},
       {"first_update", 0, "exploration.first_update = 0: must be an integer from 1 to 1000000000"},
       {"best_considered", 11,
        "exploration.best_considered = 11: must be at most first_update, which is 10"},
@@ -110,6 +192,7 @@ TEST(ExplorationSettingsTest, NamesKeyAndRuleOfWhatItRefuses) {
        "exploration.minimum_noise_decay_start = -1: must be an integer from 0 to 1000000000"},
       {"minimum_noise_decay_power", 0,
        "exploration.minimum_noise_decay_power = 0: must be a finite number above 0 and at most 10"},
+      {"reuse", 1, "exploration.reuse = 1: must be true or false"},
       {"first_layer", 3, "exploration.first_layer = 3: must be an integer from 1 to 2"},
       {"last_layer", 3, "exploration.last_layer = 3: must be an integer from 1 to 2"},
   };

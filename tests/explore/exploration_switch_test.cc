@@ -21,6 +21,7 @@ ExplorationSettings two_layers(int first_update, int window, int in_flight) {
   settings.convergence_window = window;
   settings.in_flight = in_flight;
   settings.last_layer = 2;
+  settings.reuse = false;
   return settings;
 }
 

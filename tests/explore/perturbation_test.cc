@@ -21,7 +21,7 @@ TEST(PerturbationTest, HasTheMomentsOfTheNoise) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Matrix3d sum_of_squares = Eigen::Matrix3d::Zero();
   for (std::uint32_t i = 0; i < kDraws; ++i) {
-    const Eigen::Vector3d deviation = perturb(mean, factor, stream_of(i)) - mean;
+    const Eigen::Vector3d deviation = perturb(mean, factor, normal_numbers(3, stream_of(i))) - mean;
     sum += deviation;
     sum_of_squares += deviation * deviation.transpose();
   }
@@ -39,8 +39,9 @@ TEST(PerturbationTest, UsesTheNormalNumbersOfTheStreamInOrder) {
   RandomStream stream = stream_of(3);
   const double first = stream.next_normal();
   const double second = stream.next_normal();
-  const Eigen::Vector2d theta = perturb(
-      Eigen::Vector2d(10, 20), noise_factor(Eigen::Vector2d(4, 9).asDiagonal()), stream_of(3));
+  const Eigen::Vector2d theta =
+      perturb(Eigen::Vector2d(10, 20), noise_factor(Eigen::Vector2d(4, 9).asDiagonal()),
+              normal_numbers(2, stream_of(3)));
   EXPECT_DOUBLE_EQ(theta(0), 10 + 2 * first);
   EXPECT_DOUBLE_EQ(theta(1), 20 + 3 * second);
 }

@@ -51,6 +51,59 @@ TEST(ShippedStudiesTest, Thesis43IsTable43) {
   }
 }
 
+TEST(ShippedStudiesTest, Thesis41And42AreTables41And42) {
+  const Study first = load_study(kStudies / "thesis_4_1.toml", {}).study;
+  const Study second = load_study(kStudies / "thesis_4_2.toml", {}).study;
+  EXPECT_THAT(
+      names_of(first),
+      ElementsAre("single.layer_1", "single.flat", "single.tree", "single_offset.layer_1",
+                  "single_offset.flat", "single_offset.tree", "multi.layer_1", "multi.flat",
+                  "multi.tree", "multi_offset.layer_1", "multi_offset.flat", "multi_offset.tree"));
+  EXPECT_THAT(names_of(second), ElementsAre("single.layer_1", "single.flat", "single.tree",
+                                            "multi.layer_1", "multi.flat", "multi.tree"));
+  for (const Study* study : {&first, &second}) {
+    EXPECT_EQ(study->repetitions, 30);
+    const double duration_s = study == &first ? 2 : 4;
+    for (const Condition& condition : study->conditions) {
+      SCOPED_TRACE(condition.name);
+      const bool is_flat = condition.name.find("flat") != std::string::npos;
+      const bool is_layer_1 = condition.name.find("layer_1") != std::string::npos;
+      EXPECT_EQ(condition.layout,
+                study == &first ? ThetaLayout::kMeans : ThetaLayout::kMeansCholesky);
+      EXPECT_EQ(condition.start.num_layers(), is_flat ? 1 : 2);
+      for (int k = 0; k < 4; ++k) {
+        const Component component = condition.start.finest()[k];
+        EXPECT_NEAR(component.mean[0], (k + .5) * duration_s / 4, 1e-14);
+        EXPECT_NEAR(component.covariance(0, 0), duration_s * duration_s / 64, 1e-14);
+      }
+      if (!is_flat) {
+        EXPECT_NEAR(condition.start.layer(1)[0].covariance(0, 0), duration_s * duration_s / 32,
+                    1e-14);
+      }
+      const ExplorationSettings& e = condition.exploration;
+      EXPECT_EQ(e.num_rollouts, 400);
+      EXPECT_EQ(e.first_update, 5);
+      EXPECT_EQ(e.best_considered, 5);
+      EXPECT_EQ(e.convergence_window, 20);
+      EXPECT_EQ(e.convergence_slope, 0);
+      EXPECT_EQ(e.noise_variance,
+                study == &first ? (std::vector<double>{.05, 1}) : (std::vector<double>{.1, 1, .1}));
+      EXPECT_EQ(e.initial_noise_factor, .1);
+      EXPECT_EQ(e.minimum_noise_fraction, .01);
+      EXPECT_EQ(e.first_layer, 1);
+      EXPECT_EQ(e.last_layer, is_flat || is_layer_1 ? 1 : 2);
+    }
+  }
+}
+
+TEST(ShippedStudiesTest, TheSpiralComparesTwoLayoutsOfOneStart) {
+  const Study study = load_study(kStudies / "spiral.toml", {}).study;
+  EXPECT_THAT(names_of(study), ElementsAre("cholesky", "pourahmadi"));
+  EXPECT_EQ(study.conditions[0].layout, ThetaLayout::kMeansCholesky);
+  EXPECT_EQ(study.conditions[1].layout, ThetaLayout::kMeansPourahmadi);
+  EXPECT_EQ(study.conditions[0].start.finest().num_components(), 6);
+}
+
 TEST(ShippedStudiesTest, TheQuickstartHasSeveralTreeRuns) {
   const Study study = load_study(kStudies / "swing_up.toml", {}).study;
   EXPECT_GE(study.num_runs(), 3);
@@ -71,7 +124,7 @@ TEST(ShippedStudiesTest, EveryStudyLoadsAndItsResolvedFormIsEqual) {
     study_test::expect_equal(
         first.study, load_study(study_test::StudyText(first.resolved_toml).path(), {}).study);
   }
-  EXPECT_GE(num_studies, 2);
+  EXPECT_GE(num_studies, 5);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ const BadStudy kBadStudies[] = {
     {with("rollouts = 30", "rollouts = 30\norder = \"random\""),
      "FILE:4: study.order = \"random\": must be one of: sequence, arrival (condition tree)"},
     {with("rollouts = 30", "rollouts = 100000000\nrepetitions = 11"),
-     "FILE:3: study.rollouts = 100000000: the roll-outs of all runs must be at most 1000000000 "
+     "FILE:3: study.rollouts = 100000000: the roll-outs of all runs must be at most 100000000 "
      "together (condition tree)"},
     {with("rollouts = 30", "rollouts = 30\nrepetitions = 60000") + "[[conditions]]\nname = \"b\"\n",
      "FILE:4: study.repetitions = 60000: 2 conditions times 60000 repetitions: must be at most "

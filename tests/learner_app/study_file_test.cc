@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -37,6 +39,26 @@ TEST(StudyFileTest, AStudyIsReadWithItsDefaults) {
   EXPECT_EQ(condition.exploration.num_rollouts, 30);
   EXPECT_EQ(condition.exploration.in_flight, 1);
   EXPECT_EQ(condition.exploration.noise_variance, (std::vector<double>{.01, .3, .02}));
+}
+
+TEST(StudyFileTest, FilesOfADemonstrationStandBesideTheStudy) {
+  const StudyText file(
+      kSmallStudy +
+      R"(policy.demonstration = {kind = "csv", files = ["demo.csv"], inputs = ["t"], outputs = ["u"]}
+)");
+  {
+    std::ofstream demonstration(file.folder() / "demo.csv");
+    demonstration << "t,u\n";
+    for (int i = 0; i < 50; ++i) demonstration << .05 * i << ',' << (i * i) % 11 << '\n';
+  }
+  const LoadedStudy loaded = load_study(file.path(), {});
+  EXPECT_NEAR(loaded.study.conditions[0].start.finest()[3].mean[0], 2.1, .4);
+  // Resolved, the study can stand anywhere.
+  const LoadedStudy again = load_study(StudyText(loaded.resolved_toml).path(), {});
+  study_test::expect_equal(again.study, loaded.study);
+  std::filesystem::remove(file.folder() / "demo.csv");
+  EXPECT_THAT(study_test::error_of(file, [](const auto& path) { load_study(path, {}); }),
+              HasSubstr("demo.csv: is no file"));
 }
 
 TEST(StudyFileTest, ConditionsDifferInPolicyTaskExplorationAndBudget) {

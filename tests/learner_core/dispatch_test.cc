@@ -55,7 +55,7 @@ TEST(DispatchTest, GivesNothingToWorkersThatDrainOrRefuseTheDefinition) {
   Ledger ledger = with_draws(2);
   WorkerTable workers;
   add_worker(workers, 1, 1).draining = true;
-  add_worker(workers, 2, 1).refused[ContentHash{}] = "unknown";
+  add_worker(workers, 2, 1).refused[ContentHash{}] = {"unknown", at(1000)};
   add_worker(workers, 3, 1).distrusted = true;
   EXPECT_TRUE(assign(ledger, workers, {at(0), 1, &kTasks}).empty());
 }

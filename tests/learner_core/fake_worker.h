@@ -40,7 +40,7 @@ class FakeWorker {
     status.free_slots = 64 - static_cast<int>(held_.size());
     status.receive_buffer_bytes = 1 << 20;
     status.draining = draining;
-    status.held.push_back({learner, last_batch_, held_keys()});
+    status.held.push_back({learner, last_batch_, last_index(), held_keys()});
     return status;
   }
 
@@ -98,6 +98,7 @@ class FakeWorker {
     batch.last_batch = last_batch_;
     batch.free_slots = 64 - static_cast<int>(held_.size());
     batch.first_index = first_index_;
+    batch.last_index = last_index();
     batch.results.assign(unacknowledged_.begin(), unacknowledged_.end());
     batch.held = held_keys();
     return batch;
@@ -112,6 +113,9 @@ class FakeWorker {
   int num_evaluated = 0;
 
  private:
+  std::int64_t last_index() const {
+    return first_index_ + static_cast<std::int64_t>(unacknowledged_.size()) - 1;
+  }
   std::vector<protocol::RolloutKey> held_keys() const {
     std::vector<protocol::RolloutKey> keys;
     for (const auto& request : held_) keys.push_back(request.key);

@@ -60,6 +60,36 @@ TEST(LearnerCoreTest, GivesEveryRunExactlyItsRolloutsAndAnEvaluation) {
   }
 }
 
+TEST(LearnerCoreTest, ARunThatStopsEarlyIsDoneWithWhatWasDrawn) {
+  for (const bool in_sequence : {true, false}) {
+    Study study = small_study(400, 3, 4);
+    study.in_sequence = in_sequence;
+    study.conditions[0].exploration.stop_at_reward = .8;
+    Cluster cluster(study);
+    cluster.loss = .2;
+    for (int id = 1; id <= 3; ++id) cluster.add_worker(id, milliseconds(7 * id));
+    cluster.start();
+    cluster.run(seconds(1000));
+    ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+    const LedgerCounters counters = cluster.core->counters();
+    EXPECT_EQ(counters.pending, 0);
+    std::int64_t applied = 0;
+    for (const RunRecord& run : cluster.core->run_records()) {
+      EXPECT_GE(run.best_reward, .8);
+      EXPECT_TRUE(run.final_reward.has_value());
+      ASSERT_LT(run.rollouts.size(), 400U);
+      applied += static_cast<std::int64_t>(run.rollouts.size());
+      // The first to reach the target is followed by at most the three that were in flight.
+      std::size_t first = 0;
+      while (run.rollouts[first].reward < .8) ++first;
+      EXPECT_LE(run.rollouts.size() - first, in_sequence ? 4U : 7U);
+      for (const RolloutRecord& rollout : run.rollouts) EXPECT_EQ(rollout.layer, 1);
+    }
+    EXPECT_EQ(counters.applied, applied);
+    EXPECT_LT(counters.issued, 1200);
+  }
+}
+
 TEST(LearnerCoreTest, GivesTheSameRewardsWithManyWorkersLossAndDeaths) {
   for (const int in_flight : {1, 4}) {
     const Study study = small_study(60, 4, in_flight);

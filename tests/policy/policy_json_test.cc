@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 Policy some_policy(std::uint32_t number, FrameKind kind) {
   test::RandomMixture random(number);
   Policy policy{random.tree(kind, 1, 2 + static_cast<int>(number % 3), 3), 2,
-                ThetaLayout::kMeansCholesky};
+                static_cast<ThetaLayout>(number % kThetaLayoutNames.size())};
   // Moved, so that the signs of the axes are those of a history and not the canonical ones.
   policy.tree = policy.tree_with(policy.theta() + 3 * random.vector(policy.theta_dim()));
   policy.layer = 1 + static_cast<int>(number % 3);
@@ -54,7 +54,9 @@ TEST(PolicyJsonTest, SaysWhatAndWhereIsWrongWithATextFromOutside) {
       {"$.version must be 1", [](json& p) { p["version"] = 2; }},
       {"$.extra is an unknown key", [](json& p) { p["extra"] = 0; }},
       {"$.layout is required", [](json& p) { p.erase("layout"); }},
-      {"$.layout is 7: must be one of: means, means_cholesky", [](json& p) { p["layout"] = 7; }},
+      {"$.layout is 7: must be one of: means, means_cholesky, means_pourahmadi, "
+       "reduced_cholesky, reduced_pourahmadi",
+       [](json& p) { p["layout"] = 7; }},
       {"$.frames is \"x\"", [](json& p) { p["frames"] = "x"; }},
       {"$.layer is 4: must be an integer from 1 to 3", [](json& p) { p["layer"] = 4; }},
       {"$.layer is 0", [](json& p) { p["layer"] = 0; }},

@@ -8,7 +8,9 @@ namespace treeroll {
 namespace {
 
 constexpr FrameKind kKinds[] = {FrameKind::kEigenvector, FrameKind::kCholesky};
-constexpr ThetaLayout kLayouts[] = {ThetaLayout::kMeans, ThetaLayout::kMeansCholesky};
+constexpr ThetaLayout kLayouts[] = {ThetaLayout::kMeans, ThetaLayout::kMeansCholesky,
+                                    ThetaLayout::kMeansPourahmadi, ThetaLayout::kReducedCholesky,
+                                    ThetaLayout::kReducedPourahmadi};
 
 TEST(PolicyTest, DecodesItsOwnThetaToItsFinestLayer) {
   for (const FrameKind kind : kKinds) {

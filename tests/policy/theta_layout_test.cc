@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <stdexcept>
 
 #include "common/policy/frame.h"
@@ -15,13 +16,37 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr ThetaLayout kLayouts[] = {ThetaLayout::kMeans, ThetaLayout::kMeansCholesky};
+constexpr ThetaLayout kLayouts[] = {ThetaLayout::kMeans, ThetaLayout::kMeansCholesky,
+                                    ThetaLayout::kMeansPourahmadi, ThetaLayout::kReducedCholesky,
+                                    ThetaLayout::kReducedPourahmadi};
+constexpr ThetaLayout kLayoutsWithPsi[] = {
+    ThetaLayout::kMeansCholesky, ThetaLayout::kMeansPourahmadi, ThetaLayout::kReducedCholesky,
+    ThetaLayout::kReducedPourahmadi};
+
+/// T and D of T S T^T = D, with T unit lower triangular, from the factor of S.
+std::pair<MatrixXd, VectorXd> pourahmadi(const MatrixXd& covariance) {
+  const MatrixXd factor = cholesky_factor(covariance);
+  const MatrixXd unit = factor * factor.diagonal().cwiseInverse().asDiagonal();
+  return {unit.inverse(), factor.diagonal().cwiseAbs2()};
+}
+
+/// The variance of the outputs given the inputs, (A-8).
+MatrixXd conditional(const MatrixXd& s, int in) {
+  const auto out = s.rows() - in;
+  return s.bottomRightCorner(out, out) -
+         s.bottomLeftCorner(out, in) *
+             s.topLeftCorner(in, in).llt().solve(s.topRightCorner(in, out));
+}
 
 TEST(ThetaLayoutTest, HasTheCorrectedNumberOfElements) {
   // Thesis (3-10), corrected: with the means of the inputs explored too, dI + dO + dI dO.
   EXPECT_EQ(theta_dim_per_component(ThetaLayout::kMeans, 1, 1), 2);
   EXPECT_EQ(theta_dim_per_component(ThetaLayout::kMeansCholesky, 1, 1), 3);
   EXPECT_EQ(theta_dim_per_component(ThetaLayout::kMeansCholesky, 2, 3), 11);
+  EXPECT_EQ(theta_dim_per_component(ThetaLayout::kMeansPourahmadi, 2, 3), 11);
+  // dO (dI + 1).
+  EXPECT_EQ(theta_dim_per_component(ThetaLayout::kReducedCholesky, 1, 2), 4);
+  EXPECT_EQ(theta_dim_per_component(ThetaLayout::kReducedPourahmadi, 2, 3), 9);
 }
 
 TEST(ThetaLayoutTest, ListsTheMeanAndThenPsiRowByRow) {
@@ -32,6 +57,102 @@ TEST(ThetaLayoutTest, ListsTheMeanAndThenPsiRowByRow) {
               ::testing::ElementsAre(-1, -2, -3, 5, 7));
   const VectorXd two_inputs = to_theta(ThetaLayout::kMeansCholesky, Gmm(2, {component}));
   EXPECT_LT((two_inputs - (VectorXd(5) << -1, -2, -3, 7, 11).finished()).norm(), 1e-14);
+}
+
+TEST(ThetaLayoutTest, ListsTheOutputsMeansAloneWhereReduced) {
+  MatrixXd factor(3, 3);
+  factor << 2, 0, 0, 5, 3, 0, 7, 11, 4;
+  const Component component{1, Eigen::Vector3d(-1, -2, -3), factor * factor.transpose()};
+  EXPECT_THAT(to_theta(ThetaLayout::kReducedCholesky, Gmm(1, {component})),
+              ::testing::ElementsAre(-2, -3, 5, 7));
+}
+
+TEST(ThetaLayoutTest, PourahmadiGivesTheCovarianceOfEquationA28) {
+  // psi_1 and psi_2 are theta's for one input and two outputs; psi_3 and all zeta are phi's.
+  const double z1 = 1.5, z2 = .7, z3 = 1.2, psi1 = .4, psi2 = -.9, psi3 = .6;
+  Eigen::Matrix3d t;
+  t << 1, 0, 0, 0, 1, 0, 0, -psi3, 1;  // with the explored psi still 0
+  const MatrixXd inverse = t.inverse();
+  const Eigen::Vector3d d(z1 * z1, z2 * z2, z3 * z3);
+  const Component start{1, Eigen::Vector3d::Zero(), inverse * d.asDiagonal() * inverse.transpose()};
+  const Gmm gmm = with_theta(ThetaLayout::kMeansPourahmadi, Gmm(1, {start}),
+                             (VectorXd(5) << 0, 0, 0, psi1, psi2).finished());
+  const double s13 = z1 * z1 * (psi2 + psi1 * psi3);
+  const double s23 = z1 * z1 * (psi3 * psi1 * psi1 + psi2 * psi1) + z2 * z2 * psi3;
+  const double s33 = z1 * z1 * (psi1 * psi1 * psi3 * psi3 + 2 * psi1 * psi2 * psi3 + psi2 * psi2) +
+                     z2 * z2 * psi3 * psi3 + z3 * z3;
+  Eigen::Matrix3d expected;
+  expected << z1 * z1, z1 * z1 * psi1, s13,                  //
+      z1 * z1 * psi1, z1 * z1 * psi1 * psi1 + z2 * z2, s23,  // the print says zeta_x for zeta_1
+      s13, s23, s33;
+  EXPECT_LT((gmm[0].covariance - expected).norm(), 1e-14);
+}
+
+TEST(ThetaLayoutTest, PourahmadisPsiIsTheNegativeBlockOfT) {
+  test::RandomMixture random(3);
+  const Gmm gmm = random.gmm(2, 5, 1);
+  const auto [t, d] = pourahmadi(gmm[0].covariance);
+  const VectorXd theta = to_theta(ThetaLayout::kReducedPourahmadi, gmm);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 2; ++column) {
+      EXPECT_NEAR(theta[3 + 2 * row + column], -t(2 + row, column), 1e-12);
+    }
+  }
+  // And all else of T and D is phi.
+  const auto [t_moved, d_moved] =
+      pourahmadi(with_theta(ThetaLayout::kReducedPourahmadi, gmm, random.vector(9))[0].covariance);
+  EXPECT_LT((t_moved - t).topLeftCorner(2, 2).norm(), 1e-12);
+  EXPECT_LT((t_moved - t).bottomRightCorner(3, 3).norm(), 1e-12);
+  EXPECT_LT((d_moved - d).norm(), 1e-11);
+}
+
+TEST(ThetaLayoutTest, ReachesEveryPositiveDefiniteMatrixWithItsDiagonalBlocks) {
+  for (const ThetaLayout layout : kLayoutsWithPsi) {
+    for (std::uint32_t number = 0; number < 20; ++number) {
+      test::RandomMixture random(number);
+      for (const auto& [in, dim] : {std::pair{1, 2}, {1, 3}, {2, 3}, {3, 5}}) {
+        // Any positive definite matrix is the goal; the start shares S_II and the variance of the
+        // outputs given the inputs with it, and has nothing between inputs and outputs.
+        const Component goal = random.component(dim);
+        const int out = dim - in;
+        Component start = goal;
+        start.covariance.setZero();
+        start.covariance.topLeftCorner(in, in) = goal.covariance.topLeftCorner(in, in);
+        const MatrixXd rest = conditional(goal.covariance, in);
+        start.covariance.bottomRightCorner(out, out) = (rest + rest.transpose()) / 2;
+        start.mean.tail(out).setZero();
+        const Gmm wanted(in, {goal});
+        const Gmm reached = with_theta(layout, Gmm(in, {start}), to_theta(layout, wanted));
+        EXPECT_LT(test::distance(reached, wanted), 1e-11 * (1 + goal.covariance.norm()));
+      }
+    }
+  }
+}
+
+TEST(ThetaLayoutTest, EveryPsiKeepsTheInputsAndTheVarianceGivenThem) {
+  for (const ThetaLayout layout : kLayoutsWithPsi) {
+    test::RandomMixture random(5);
+    const Gmm gmm = random.gmm(2, 4, 2);
+    const Gmm moved =
+        with_theta(layout, gmm, random.vector(2 * theta_dim_per_component(layout, 2, 2)));
+    for (int k = 0; k < 2; ++k) {
+      EXPECT_EQ(moved[k].covariance.topLeftCorner(2, 2), gmm[k].covariance.topLeftCorner(2, 2));
+      EXPECT_LT((conditional(moved[k].covariance, 2) - conditional(gmm[k].covariance, 2)).norm(),
+                1e-12);
+    }
+  }
+}
+
+TEST(ThetaLayoutTest, TheReducedLayoutsLeaveTheMeansOfTheInputsAlone) {
+  for (const ThetaLayout layout :
+       {ThetaLayout::kReducedCholesky, ThetaLayout::kReducedPourahmadi}) {
+    test::RandomMixture random(6);
+    const Gmm gmm = random.gmm(2, 4, 1);
+    const VectorXd theta = random.vector(6);
+    const Gmm moved = with_theta(layout, gmm, theta);
+    EXPECT_EQ(moved[0].mean.head(2), gmm[0].mean.head(2));
+    EXPECT_EQ(moved[0].mean.tail(2), theta.head(2));
+  }
 }
 
 TEST(ThetaLayoutTest, RoundTripsBothWays) {
@@ -66,6 +187,13 @@ TEST(ThetaLayoutTest, SetsTheSlopeOfARegressionToPsiOverZeta) {
   const Gmm gmm =
       with_theta(ThetaLayout::kMeansCholesky, Gmm(1, {component}), Eigen::Vector3d(0, 0, .5));
   EXPECT_NEAR(Gmr(gmm).regress(1), .5 / 2, 1e-15);
+}
+
+TEST(ThetaLayoutTest, TakesPourahmadisPsiAsTheSlopeOfARegression) {
+  const Component component{1, Eigen::Vector2d(0, 0), Eigen::Vector2d(4, 9).asDiagonal()};
+  const Gmm gmm =
+      with_theta(ThetaLayout::kReducedPourahmadi, Gmm(1, {component}), Eigen::Vector2d(0, .5));
+  EXPECT_NEAR(Gmr(gmm).regress(1), .5, 1e-15);
 }
 
 TEST(ThetaLayoutTest, RefusesAThetaThatLeavesNoMixture) {

@@ -56,9 +56,10 @@ TEST(TaskRegistryTest, MakesATaskOfOnesOwn) {
 }
 
 TEST(TaskRegistryTest, NamesTheTasksItKnows) {
-  EXPECT_EQ(error_of("swingup", "{}"),
-            "task.name = \"swingup\": must be a task this worker knows: reach, swing_up, "
-            "synthetic");
+  EXPECT_EQ(
+      error_of("swingup", "{}"),
+      "task.name = \"swingup\": must be a task this worker knows: hold, reach, spiral, swing_up, "
+      "synthetic, trajectory");
 }
 
 TEST(TaskRegistryTest, RefusesSettingsATaskDoesNotAskFor) {
@@ -70,7 +71,7 @@ TEST(TaskRegistryTest, RefusesSettingsATaskDoesNotAskFor) {
 }
 
 TEST(TaskRegistryTest, ResolvedSettingsMakeTheSameTaskAgain) {
-  for (const char* name : {"swing_up", "synthetic", "reach"}) {
+  for (const char* name : {"swing_up", "synthetic", "hold", "spiral", "reach"}) {
     json once, twice;
     (void)registry().make(name, json::object(), once);
     (void)registry().make(name, once, twice);

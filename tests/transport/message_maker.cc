@@ -3,6 +3,8 @@
 #include <bit>
 #include <cmath>
 
+#include "common/protocol/limits.h"
+
 namespace treeroll::transport {
 
 using namespace protocol;  // NOLINT(google-build-using-namespace)
@@ -53,14 +55,14 @@ RolloutResult MessageMaker::result() {
   m.content = any<std::int64_t>();
   m.reward = number();
   m.status = status();
-  m.duration_ns = count<std::int64_t>();
+  m.duration_ns = up_to<std::int64_t>(kDurationNsMax);
   return m;
 }
 
 RolloutBatch MessageMaker::rollout_batch() {
   RolloutBatch m;
   m.learner_id = count<std::int64_t>();
-  m.sequence = count<std::int64_t>();
+  m.sequence = up_to<std::int64_t>(kRunningNumberMax);
   m.rollouts = list(5, [this] { return request(); });
   m.acknowledgements = list(3, [this] {
     return Acknowledgement{count<std::int64_t>(), count<std::int64_t>()};
@@ -72,9 +74,10 @@ RewardBatch MessageMaker::reward_batch() {
   RewardBatch m;
   m.worker_id = count<std::int64_t>();
   m.learner_id = count<std::int64_t>();
-  m.last_batch = count<std::int64_t>();
-  m.free_slots = count<std::int32_t>();
-  m.first_index = count<std::int64_t>();
+  m.last_batch = up_to<std::int64_t>(kRunningNumberMax);
+  m.free_slots = up_to<std::int32_t>(kHeldPerMessageMax);
+  m.first_index = up_to<std::int64_t>(kRunningNumberMax);
+  m.last_index = up_to<std::int64_t>(kRunningNumberMax);
   m.results = list(5, [this] { return result(); });
   m.held = list(5, [this] { return key(); });
   return m;
@@ -87,8 +90,8 @@ WorkerStatus MessageMaker::worker_status() {
   m.pid = count<std::int32_t>();
   m.version = text();
   m.numeric_class = text();
-  m.num_evaluators = count<std::int32_t>();
-  m.free_slots = count<std::int32_t>();
+  m.num_evaluators = up_to<std::int32_t>(kEvaluatorsPerWorkerMax);
+  m.free_slots = up_to<std::int32_t>(kHeldPerMessageMax);
   m.receive_buffer_bytes = count<std::int32_t>();
   m.draining = coin();
   m.num_evaluated = count<std::int64_t>();
@@ -97,8 +100,8 @@ WorkerStatus MessageMaker::worker_status() {
   m.num_restarts = count<std::int64_t>();
   m.num_rejected = count<std::int64_t>();
   m.held = list(3, [this] {
-    return HeldRollouts{count<std::int64_t>(), count<std::int64_t>(),
-                        list(4, [this] { return key(); })};
+    return HeldRollouts{count<std::int64_t>(), up_to<std::int64_t>(kRunningNumberMax),
+                        up_to<std::int64_t>(kRunningNumberMax), list(4, [this] { return key(); })};
   });
   return m;
 }

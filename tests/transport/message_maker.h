@@ -41,6 +41,12 @@ class MessageMaker {
     }
   }
   template <class Integer>
+  Integer up_to(std::int64_t max) {
+    return static_cast<Integer>(
+        coin() ? (coin() ? max : 0)
+               : static_cast<std::int64_t>(random_() % static_cast<std::uint64_t>(max)));
+  }
+  template <class Integer>
   Integer count() {
     const auto value = any<Integer>();
     return value < 0 ? ~value : value;

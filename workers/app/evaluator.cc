@@ -7,12 +7,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "common/protocol/limits.h"
+#include "workers/app/checked_evaluation.h"
 #include "workers/app/packet.h"
 #include "workers/app/task_content.h"
 
@@ -95,19 +95,12 @@ Evaluation Evaluator::evaluate(const protocol::RolloutRequest& request) {
     const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(
         request.theta.data(), static_cast<Eigen::Index>(request.theta.size()));
     if (theta.size() != policy.theta_dim()) return complain("theta has another size");
-    const Evaluation evaluation =
-        loaded.task->evaluate(policy.decode(theta), static_cast<std::uint64_t>(request.task_seed));
-    if (evaluation.status != RolloutStatus::kOk) return {0, evaluation.status};
-    const TaskDescription& d = loaded.description;
-    const bool in_range = std::isfinite(evaluation.reward) && evaluation.reward >= d.reward_min &&
-                          evaluation.reward <= d.reward_max;
-    if (in_range) return evaluation;
-    return complain(fmt::format("the task's reward {} is outside its range {} .. {}",
-                                evaluation.reward, d.reward_min, d.reward_max));
+    const CheckedEvaluation done =
+        evaluate_checked(*loaded.task, loaded.description, policy.decode(theta),
+                         static_cast<std::uint64_t>(request.task_seed), nullptr);
+    return done.complaint.empty() ? done.evaluation : complain(done.complaint);
   } catch (const std::exception& error) {
     return complain(error.what());
-  } catch (...) {
-    return complain("the task threw what is no std::exception");
   }
 }
 

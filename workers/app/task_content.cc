@@ -2,10 +2,10 @@
 
 #include <array>
 #include <cmath>
-#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
+#include "workers/app/json_answer.h"
 
 namespace treeroll::worker {
 namespace {
@@ -45,21 +45,6 @@ json parse(const std::string& content) {
   return value;
 }
 
-std::string read_input() {
-  std::string content(kInputBytesMax + 1, '\0');
-  std::cin.read(content.data(), static_cast<std::streamsize>(content.size()));
-  content.resize(static_cast<std::size_t>(std::cin.gcount()));
-  if (content.size() > kInputBytesMax) {
-    throw ConfigError("task", content.substr(0, kShownBytesMax), "must be at most 1 MiB long");
-  }
-  return content;
-}
-
-/// Text that may hold anything: what is not UTF-8 is replaced.
-std::string printed(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
 }  // namespace
 
 std::unique_ptr<Task> make_task(const TaskRegistry& registry, const std::string& content,
@@ -79,16 +64,14 @@ std::unique_ptr<Task> make_task(const TaskRegistry& registry, const std::string&
 }
 
 int describe_task(const TaskRegistry& registry) {
+  const JsonAnswer answer;
   try {
     json resolved;
-    const std::unique_ptr<Task> task = make_task(registry, read_input(), resolved);
-    std::cout << printed({{"description", to_json(task->description())}, {"settings", resolved}})
-              << std::endl;
-    return std::cout ? 0 : 1;
+    const std::unique_ptr<Task> task =
+        make_task(registry, read_standard_input("task", kInputBytesMax), resolved);
+    return answer.give({{"description", to_json(task->description())}, {"settings", resolved}});
   } catch (const ConfigError& error) {
-    const json details{{"key", error.key()}, {"value", error.value()}, {"rule", error.rule()}};
-    std::cout << printed({{"error", details}}) << std::endl;
-    return 2;
+    return answer.refuse(error);
   }
 }
 

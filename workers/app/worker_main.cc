@@ -12,7 +12,9 @@
 #include <thread>
 
 #include "common/base/config_error.h"
+#include "common/protocol/limits.h"
 #include "common/transport/bus.h"
+#include "workers/app/evaluate_policy.h"
 #include "workers/app/evaluator.h"
 #include "workers/app/host_facts.h"
 #include "workers/app/task_content.h"
@@ -21,12 +23,11 @@
 namespace treeroll {
 namespace {
 
-constexpr int kProcessesMax = 1024;
-
 struct Options {
   std::string processes;
   std::string lcm_url;
   bool describe_task = false;
+  bool evaluate = false;
   bool die_with_parent = false;
   int evaluator_socket = -1;
   int parent_pid = 0;
@@ -34,14 +35,17 @@ struct Options {
 
 int read_processes(const std::string& text) {
   if (text.empty()) {
-    return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kProcessesMax);
+    return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1,
+                      protocol::kEvaluatorsPerWorkerMax);
   }
   int number = 0;
   const char* end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(text.data(), end, number);
-  if (error != std::errc() || rest != end || number < 1 || number > kProcessesMax) {
-    throw ConfigError("--processes", text,
-                      "must be an integer from 1 to " + std::to_string(kProcessesMax));
+  if (error != std::errc() || rest != end || number < 1 ||
+      number > protocol::kEvaluatorsPerWorkerMax) {
+    throw ConfigError(
+        "--processes", text,
+        "must be an integer from 1 to " + std::to_string(protocol::kEvaluatorsPerWorkerMax));
   }
   return number;
 }
@@ -98,6 +102,10 @@ int worker_main(int argc, char** argv, const TaskRegistry& registry) {
   app.add_flag("--describe-task", options.describe_task,
                "Read {\"name\": ..., \"settings\": {...}} from standard input, print what the task "
                "says of itself or what is wrong, and end");
+  app.add_flag(
+      "--evaluate", options.evaluate,
+      "Read {\"task\": {...}, \"policy\": TEXT, \"seed\": 0, \"trace\": false} from standard "
+      "input, print the policy's reward, and end; treeroll-evaluate is more convenient");
   app.add_flag("--die-with-parent", options.die_with_parent,
                "End when the process that started this one ends");
   app.add_option("--evaluator", options.evaluator_socket)->group("");
@@ -113,6 +121,7 @@ int worker_main(int argc, char** argv, const TaskRegistry& registry) {
     if (options.evaluator_socket >= 0) {
       return worker::run_evaluator(registry, options.evaluator_socket, options.parent_pid);
     }
+    if (options.evaluate) return worker::evaluate_policy(registry);
     if (options.describe_task) return worker::describe_task(registry);
     return serve(options, parent);
   } catch (const ConfigError& error) {

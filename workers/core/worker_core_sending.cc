@@ -41,6 +41,7 @@ void WorkerCore::send_answers(const Turn& turn, protocol::LearnerId id, Learner&
                               .last_batch = learner.last_batch,
                               .free_slots = free_slots(),
                               .first_index = answers_.first_index(id),
+                              .last_index = answers_.last_index(id),
                               .results = {},
                               .held = queue_.keys(id)};
   batch.results = answers_.unacknowledged(id, num_results_max(batch.held.size()));
@@ -113,8 +114,10 @@ void WorkerCore::send_status(const Turn& turn) {
                                 .num_rejected = num_rejected_,
                                 .held = {}};
   for (const auto& [id, learner] : learners_) {
-    protocol::HeldRollouts held{
-        .learner_id = id, .last_batch = learner.last_batch, .keys = queue_.keys(id)};
+    protocol::HeldRollouts held{.learner_id = id,
+                                .last_batch = learner.last_batch,
+                                .last_index = answers_.last_index(id),
+                                .keys = queue_.keys(id)};
     status.held.push_back(std::move(held));
   }
   heartbeat_at_ =

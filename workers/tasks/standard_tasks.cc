@@ -1,11 +1,17 @@
+#include "workers/tasks/hold_task.h"
+#include "workers/tasks/spiral_task.h"
 #include "workers/tasks/swing_up_task.h"
 #include "workers/tasks/synthetic_task.h"
+#include "workers/tasks/trajectory_task.h"
 
 namespace treeroll {
 
 void add_standard_tasks(TaskRegistry& registry) {
+  add_task<HoldTask>(registry, "hold");
+  add_task<SpiralTask>(registry, "spiral");
   add_task<SwingUpTask>(registry, "swing_up");
   add_task<SyntheticTask>(registry, "synthetic");
+  add_task<TrajectoryTask>(registry, "trajectory");
 }
 
 }  // namespace treeroll

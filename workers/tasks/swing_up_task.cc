@@ -8,7 +8,7 @@
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
 #include "common/policy/gmr.h"
-#include "sim/plant_settings.h"
+#include "workers/tasks/trace.h"
 
 namespace treeroll {
 namespace {
@@ -32,7 +32,7 @@ SwingUpTask::SwingUpTask(SettingsReader& settings)
       time_limit_s_(settings.number("time_limit_s", kTimeLimit, 10)),
       start_{.phi1 = settings.number("start_phi1", kAngle, -std::numbers::pi),
              .phi2 = settings.number("start_phi2", kAngle, -std::numbers::pi)},
-      plant_(sim::make_plant(sim::read_plant_settings(settings))) {}
+      plant_(sim::read_plant_settings(settings), read_plant_variation(settings)) {}
 
 TaskDescription SwingUpTask::description() const {
   return {.input_dim = 1,
@@ -40,22 +40,40 @@ TaskDescription SwingUpTask::description() const {
           .reward_min = 0,
           .reward_max = 1,
           .time_limit_s = time_limit_s_,
-          .deterministic = true};
+          .deterministic = plant_.deterministic()};
 }
 
-Evaluation SwingUpTask::evaluate(const Gmm& policy, std::uint64_t /*seed*/) {
+Evaluation SwingUpTask::evaluate(const Gmm& policy, std::uint64_t seed) {
+  return roll_out(policy, seed, nullptr);
+}
+
+Evaluation SwingUpTask::evaluate_traced(const Gmm& policy, std::uint64_t seed, Trace& trace) {
+  trace.set_columns({"time_s", "phi1_rad", "phi2_rad", "y_m", "phi1_rate_radps", "phi2_rate_radps",
+                     "y_rate_mps", "cart_acceleration_mps2", "cost"});
+  return roll_out(policy, seed, &trace);
+}
+
+Evaluation SwingUpTask::roll_out(const Gmm& policy, std::uint64_t seed, Trace* trace) {
   CHECK(policy.input_dim() == 1 && policy.output_dim() == 1, "a policy from time to acceleration");
   const Gmr gmr(policy);
-  double cost_min = std::numeric_limits<double>::infinity();
-  const auto end = plant_->simulate(
-      start_, duration_s_,
-      [&](double time_s, const sim::CartPendulumState&) { return gmr.regress(time_s); },
-      [&](double, const sim::CartPendulumState& state, double) {
-        cost_min = std::min(cost_min, swing_up_cost(state));
-        return true;
+  return plant_.evaluate(
+      seed, start_, [&](sim::CartPendulumPlant& plant, const sim::CartPendulumState& start) {
+        double cost_min = std::numeric_limits<double>::infinity();
+        const auto end = plant.simulate(
+            start, duration_s_,
+            [&](double time_s, const sim::CartPendulumState&) { return gmr.regress(time_s); },
+            [&](double time_s, const sim::CartPendulumState& s, double cart_acceleration_mps2) {
+              const double cost = swing_up_cost(s);
+              cost_min = std::min(cost_min, cost);
+              if (trace != nullptr) {
+                trace->add_row({time_s, s.phi1, s.phi2, s.y, s.phi1_rate, s.phi2_rate, s.y_rate,
+                                cart_acceleration_mps2, cost});
+              }
+              return true;
+            });
+        if (!end) return Evaluation{.reward = 0, .status = RolloutStatus::kDiverged};
+        return Evaluation{.reward = elementary::exp(-alpha_ * cost_min)};
       });
-  if (!end) return {.reward = 0, .status = RolloutStatus::kDiverged};
-  return {.reward = elementary::exp(-alpha_ * cost_min)};
 }
 
 }  // namespace treeroll

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <memory>
-
-#include "sim/cart_pendulum.h"
+#include "workers/tasks/plant_variation.h"
 #include "workers/tasks/task.h"
 
 namespace treeroll {
@@ -16,7 +14,7 @@ double swing_up_cost(const sim::CartPendulumState& state);
 /// the whole roll-out, its start included. A diverged simulation has no reward, however good it was
 /// before.
 ///
-/// Settings, beside those of the plant (sim/plant_settings.h):
+/// Settings, beside those of the plant (sim/plant_settings.h) and `variation` (plant_variation.h):
 ///   duration_s = 2.5        # simulated time
 ///   alpha = .25             # of (4-7)
 ///   start_phi1 = -3.14...   # rad; at rest. From -pi the demonstration (4-5) swings up to 0; from
@@ -29,13 +27,18 @@ class SwingUpTask : public Task {
 
   TaskDescription description() const override;
   Evaluation evaluate(const Gmm& policy, std::uint64_t seed) override;
+  /// Columns: time, state, input and cost of (4-6), at each output step of the plant.
+  Evaluation evaluate_traced(const Gmm& policy, std::uint64_t seed, Trace& trace) override;
 
  private:
+  /// @param trace  may be null
+  Evaluation roll_out(const Gmm& policy, std::uint64_t seed, Trace* trace);
+
   double duration_s_;
   double alpha_;
   double time_limit_s_;
   sim::CartPendulumState start_;
-  std::unique_ptr<sim::CartPendulumPlant> plant_;
+  VariedPlant plant_;
 };
 
 }  // namespace treeroll

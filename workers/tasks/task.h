@@ -13,6 +13,7 @@
 namespace treeroll {
 
 class SettingsReader;
+class Trace;
 
 /// What a task says of itself before any roll-out.
 struct TaskDescription {
@@ -59,6 +60,12 @@ class Task {
   /// @param policy  mixture with the dimensions of the description
   /// @param seed    for tasks that are not deterministic
   virtual Evaluation evaluate(const Gmm& policy, std::uint64_t seed) = 0;
+  /// The same evaluation, to the bit, that also records what happens on the way
+  /// (workers/tasks/trace.h), for treeroll-evaluate --trace. A task that does not override it
+  /// records nothing. Learning never calls it.
+  virtual Evaluation evaluate_traced(const Gmm& policy, std::uint64_t seed, Trace& /*trace*/) {
+    return evaluate(policy, seed);
+  }
 };
 
 /// Makes a task from its settings, read strictly: throws ConfigError on bad ones. Keys it has not
@@ -91,7 +98,7 @@ void add_task(TaskRegistry& registry, const std::string& name) {
   });
 }
 
-/// Registers swing_up and synthetic.
+/// Registers hold, spiral, swing_up, synthetic and trajectory.
 void add_standard_tasks(TaskRegistry& registry);
 
 /// A description as JSON, an object with the names of TaskDescription's members: what

@@ -1,0 +1,144 @@
+#include "learner/fit/csv_demonstration.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <system_error>
+
+#include "common/base/content_hash.h"
+
+namespace treeroll {
+namespace {
+
+constexpr Eigen::Index kObservationsMax = 100'000;
+constexpr std::size_t kColumnsMax = 1000;
+/// Squares of larger numbers leave the range in which a mixture is checked.
+constexpr double kMagnitudeMax = 1e20;
+
+[[noreturn]] void refuse(const std::string& place, const std::string& rule) {
+  throw DemonstrationError(fmt::format("{}: {}", place, rule));
+}
+
+/// Text from a file as an error may show it.
+std::string shown(std::string_view text) {
+  constexpr std::size_t kLengthMax = 40;
+  std::string result = "\"";
+  for (const char c : text.substr(0, kLengthMax)) result += c >= ' ' && c <= '~' ? c : '?';
+  return result + (text.size() > kLengthMax ? "...\"" : "\"");
+}
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t\r";
+  const auto begin = text.find_first_not_of(kBlanks);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
+
+std::vector<std::string_view> fields_of(std::string_view line) {
+  std::vector<std::string_view> fields;
+  while (true) {
+    const auto comma = line.find(',');
+    fields.push_back(trimmed(line.substr(0, comma)));
+    if (comma == std::string_view::npos) return fields;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+/// Where each wanted column stands.
+std::vector<std::size_t> find_columns(const std::vector<std::string_view>& names,
+                                      const std::string& place,
+                                      const std::vector<std::string>& columns) {
+  std::vector<std::size_t> found;
+  for (const std::string& column : columns) {
+    const auto here = std::find(names.begin(), names.end(), column);
+    if (here == names.end()) {
+      std::vector<std::string> known;
+      for (const std::string_view name : names) known.push_back(shown(name));
+      refuse(place, fmt::format("has no column {}; its columns are {}", shown(column),
+                                fmt::join(known, ", ")));
+    }
+    if (std::find(here + 1, names.end(), column) != names.end()) {
+      refuse(place, fmt::format("has the column {} twice", shown(column)));
+    }
+    found.push_back(static_cast<std::size_t>(here - names.begin()));
+  }
+  return found;
+}
+
+double number_of(std::string_view field, const std::string& place, const std::string& column) {
+  double number = 0;
+  const char* end = field.data() + field.size();
+  const auto [stopped, error] = std::from_chars(field.data(), end, number);
+  if (error != std::errc() || stopped != end || !(std::abs(number) <= kMagnitudeMax)) {
+    refuse(place, fmt::format("column {} is {}: must be a finite number of at most {} either side "
+                              "of 0",
+                              shown(column), shown(field), kMagnitudeMax));
+  }
+  return number;
+}
+
+}  // namespace
+
+Eigen::MatrixXd parse_demonstration(std::string_view text, const std::string& name,
+                                    const std::vector<std::string>& columns) {
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  std::vector<double> numbers;
+  std::vector<std::size_t> wanted;
+  std::size_t num_fields = 0;
+  for (int line_number = 1; !text.empty(); ++line_number) {
+    const auto line_end = text.find('\n');
+    const std::string_view line = text.substr(0, line_end);
+    text.remove_prefix(line_end == std::string_view::npos ? text.size() : line_end + 1);
+    const std::string place = fmt::format("{}:{}", name, line_number);
+    const std::vector<std::string_view> fields = fields_of(line);
+    if (line_number == 1) {
+      num_fields = fields.size();
+      if (num_fields > kColumnsMax) {
+        refuse(place, fmt::format("must have at most {} columns", kColumnsMax));
+      }
+      wanted = find_columns(fields, place, columns);
+      continue;
+    }
+    if (fields.size() != num_fields) {
+      refuse(place, fmt::format("has {} columns, must have the {} of the first line", fields.size(),
+                                num_fields));
+    }
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      numbers.push_back(number_of(fields[wanted[i]], place, columns[i]));
+    }
+  }
+  if (num_fields == 0) refuse(name, "is empty: must begin with a line of column names");
+  const auto dim = static_cast<Eigen::Index>(columns.size());
+  return Eigen::Map<const Eigen::MatrixXd>(numbers.data(), dim,
+                                           static_cast<Eigen::Index>(numbers.size()) / dim);
+}
+
+CsvDemonstration read_demonstration_files(const std::vector<std::string>& files,
+                                          const std::vector<std::string>& columns,
+                                          const FileReader& read_file) {
+  if (!read_file) refuse(files.front(), "cannot be read: there are no files here");
+  CsvDemonstration result;
+  result.data.resize(static_cast<Eigen::Index>(columns.size()), 0);
+  std::string hashes;
+  for (const std::string& file : files) {
+    const std::string text = read_file(file);
+    hashes += to_hex(content_hash(text));
+    const Eigen::MatrixXd observations = parse_demonstration(text, file, columns);
+    const Eigen::Index before = result.data.cols();
+    if (before + observations.cols() > kObservationsMax) {
+      refuse(file,
+             fmt::format("all files together must hold at most {} observations", kObservationsMax));
+    }
+    result.data.conservativeResize(Eigen::NoChange, before + observations.cols());
+    result.data.rightCols(observations.cols()) = observations;
+  }
+  if (result.data.cols() < 2) refuse(files.front(), "holds less than 2 observations");
+  result.content = to_hex(content_hash(hashes));
+  return result;
+}
+
+}  // namespace treeroll

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace treeroll {
+
+/// Files that hold no demonstration: says file, line and column, and what is wrong.
+class DemonstrationError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Gives the text of a file; throws DemonstrationError. The caller's, for a core reads no disk.
+using FileReader = std::function<std::string(const std::string& file)>;
+
+/// One observation a line under a line of column names, separated by commas; blanks around names
+/// and numbers do not count. Other columns are not looked at, except that each line has them all.
+/// Throws DemonstrationError on columns that are missing or there twice, on lines of another length
+/// and on anything in a wanted column that is not a finite number.
+/// @param name     of the file, for errors
+/// @param columns  d names: the rows of the result
+/// @return         d x N, columns are observations in the order of the lines; N may be 0
+Eigen::MatrixXd parse_demonstration(std::string_view text, const std::string& name,
+                                    const std::vector<std::string>& columns);
+
+/// The observations of several files, one file after the other, and the hash of their contents. A
+/// demonstration has at least 2 observations and at most 100 000.
+struct CsvDemonstration {
+  Eigen::MatrixXd data;  ///< d x N
+  std::string content;   ///< hexadecimal
+};
+CsvDemonstration read_demonstration_files(const std::vector<std::string>& files,
+                                          const std::vector<std::string>& columns,
+                                          const FileReader& read_file);
+
+}  // namespace treeroll

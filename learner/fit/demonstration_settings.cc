@@ -1,0 +1,92 @@
+#include "learner/fit/demonstration_settings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "common/base/settings_reader.h"
+#include "learner/fit/demonstration.h"
+
+namespace treeroll {
+namespace {
+
+constexpr std::size_t kFilesMax = 1000;
+constexpr std::size_t kColumnsMax = 31;
+constexpr double kRegularisationShare = 1e-4;
+
+Demonstration cart_acceleration(SettingsReader& reader) {
+  CartAcceleration settings;
+  settings.duration_s = reader.number("duration_s", {.min = 1e-3, .max = 1e6}, settings.duration_s);
+  settings.num_samples =
+      static_cast<int>(reader.integer("samples", 2, 100000, settings.num_samples));
+  const std::vector<double> p =
+      reader.numbers("p", {.min = -1e6, .max = 1e6}, settings.p_m.size(), settings.p_m.size(),
+                     std::vector<double>(settings.p_m.begin(), settings.p_m.end()));
+  for (std::size_t i = 0; i < p.size(); ++i) settings.p_m[i] = p[i];
+  Demonstration result;
+  result.data = demonstrate(settings);
+  result.regularisation = Eigen::Vector2d(1e-3, 1);
+  return result;
+}
+
+Eigen::VectorXd variances(const Eigen::MatrixXd& data) {
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(data.rows());
+  const auto count = static_cast<double>(data.cols());
+  for (Eigen::Index i = 0; i < data.rows(); ++i) {
+    double mean = 0;
+    for (Eigen::Index n = 0; n < data.cols(); ++n) mean += data(i, n) / count;
+    for (Eigen::Index n = 0; n < data.cols(); ++n) {
+      variance[i] += (data(i, n) - mean) * (data(i, n) - mean) / count;
+    }
+  }
+  return variance;
+}
+
+Demonstration from_files(SettingsReader& reader, const FileReader& read_file) {
+  const std::vector<std::string> files = reader.strings("files", kFilesMax);
+  std::vector<std::string> columns = reader.strings("inputs", kColumnsMax);
+  Demonstration result;
+  result.input_dim = static_cast<int>(columns.size());
+  for (std::string& output : reader.strings("outputs", kColumnsMax + 1 - columns.size())) {
+    if (std::find(columns.begin(), columns.end(), output) != columns.end()) {
+      reader.refuse("outputs", "must not name a column that stands among inputs or outputs");
+    }
+    columns.push_back(std::move(output));
+  }
+  CsvDemonstration demonstration;
+  try {
+    demonstration = read_demonstration_files(files, columns, read_file);
+  } catch (const DemonstrationError& error) {
+    reader.refuse("files", error.what());
+  }
+  // The resolved study names the content, so that it is not run again on other data unawares.
+  if (reader.string("content", demonstration.content) != demonstration.content) {
+    reader.refuse("content", "the files have changed: their content is " + demonstration.content);
+  }
+  const Eigen::VectorXd variance = variances(demonstration.data);
+  for (Eigen::Index i = 0; i < variance.size(); ++i) {
+    const Eigen::VectorXd row = demonstration.data.row(i);
+    if (row.minCoeff() < row.maxCoeff() && variance[i] > 0) continue;
+    reader.refuse(i < result.input_dim ? "inputs" : "outputs",
+                  "column \"" + columns[static_cast<std::size_t>(i)] +
+                      "\" of the files does not "
+                      "vary");
+  }
+  result.data = demonstration.data;
+  result.regularisation = kRegularisationShare * variance;
+  result.output_deviation = std::sqrt(variance.tail(variance.size() - 1).maxCoeff());
+  return result;
+}
+
+}  // namespace
+
+Demonstration read_demonstration(SettingsReader reader, const FileReader& read_file) {
+  const bool is_csv =
+      reader.choice("kind", {"cart_acceleration", "csv"}, "cart_acceleration") == "csv";
+  Demonstration demonstration = is_csv ? from_files(reader, read_file) : cart_acceleration(reader);
+  reader.finish();
+  return demonstration;
+}
+
+}  // namespace treeroll

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "learner/fit/csv_demonstration.h"
+
+namespace treeroll {
+
+class SettingsReader;
+
+/// Data to fit a policy to, and what suits their units.
+struct Demonstration {
+  Eigen::MatrixXd data;            ///< d x N, inputs over outputs, columns are observations
+  int input_dim = 1;               ///< dI
+  Eigen::VectorXd regularisation;  ///< d x 1, variances a fit adds by default
+  double output_deviation = 5;     ///< of the components EM starts from by default
+};
+
+/// Reads [policy.demonstration], of one of two kinds:
+///
+///   kind = "cart_acceleration"   # (4-5): time in s -> acceleration of the cart in m/s^2
+///   duration_s = 2.2
+///   samples = 200
+///   p = [-0.106, -0.185, 0.092, 0.134]
+///
+///   kind = "csv"                 # csv_demonstration.h says what a file holds
+///   files = ["first.csv"]        # several are set beside each other
+///   inputs = ["t"]               # names of columns
+///   outputs = ["x", "y"]
+///   content = "5d..."            # optional: hash of the files, refused where they have changed
+///
+/// By default the regularisation of files is 1e-4 of each column's variance, and the deviation of
+/// the outputs that of the most varied of them. Throws ConfigError. Calls finish().
+Demonstration read_demonstration(SettingsReader reader, const FileReader& read_file);
+
+}  // namespace treeroll

@@ -1,0 +1,242 @@
+#include "learner/explore/experience.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "common/base/random_stream.h"
+#include "common/policy/gmr.h"
+#include "learner/explore/power_update.h"
+#include "trees.h"
+
+namespace treeroll {
+namespace {
+
+RandomStream stream(int seed) {
+  return {static_cast<std::uint64_t>(seed), 0, 0, RandomPurpose::kPerturbation};
+}
+
+Eigen::VectorXd normal_vector(RandomStream& random, Eigen::Index size) {
+  Eigen::VectorXd vector(size);
+  for (double& element : vector) element = random.next_normal();
+  return vector;
+}
+
+Gmm random_gmm(RandomStream& random, int num_inputs, int num_outputs, int num_components) {
+  const int dim = num_inputs + num_outputs;
+  std::vector<Component> components;
+  for (int k = 0; k < num_components; ++k) {
+    Eigen::MatrixXd factor(dim, dim + 2);
+    for (int i = 0; i < factor.cols(); ++i) factor.col(i) = normal_vector(random, dim);
+    components.push_back(
+        {1. + k, 2 * normal_vector(random, dim), mirrored(factor * factor.transpose() / dim)});
+  }
+  return {num_inputs, std::move(components)};
+}
+
+/// Three layers of 2, 4 and 8 Gaussians.
+TreeModel random_tree(RandomStream& random, FrameKind frames, int num_inputs, int num_outputs) {
+  std::vector<Gmm> layers;
+  for (const int k : {2, 4, 8}) layers.push_back(random_gmm(random, num_inputs, num_outputs, k));
+  return TreeModel::from_global(frames, std::move(layers),
+                                {{}, {0, 0, 1, 1}, {0, 0, 1, 1, 2, 2, 3, 3}});
+}
+
+Eigen::MatrixXd slope_of(const Component& component, int num_inputs) {
+  const Eigen::Index num_outputs = component.mean.size() - num_inputs;
+  return component.covariance.topLeftCorner(num_inputs, num_inputs)
+      .llt()
+      .solve(component.covariance.topRightCorner(num_inputs, num_outputs))
+      .transpose();
+}
+
+TEST(ExperienceTest, KeepsTheLinearMapOfEachComponent) {
+  for (const FrameKind frames : {FrameKind::kEigenvector, FrameKind::kCholesky}) {
+    for (const auto& [num_inputs, num_outputs] :
+         {std::pair(1, 1), std::pair(2, 1), std::pair(1, 2), std::pair(3, 2)}) {
+      for (int seed = 0; seed < 10; ++seed) {
+        for (const int layer : {1, 2}) {
+          RandomStream random = stream(seed);
+          const Policy left{random_tree(random, frames, num_inputs, num_outputs), layer,
+                            ThetaLayout::kMeansCholesky};
+          const Eigen::VectorXd mean = left.theta() + .1 * normal_vector(random, left.theta_dim());
+          const Eigen::VectorXd rollout = mean + .3 * normal_vector(random, left.theta_dim());
+          const Policy next{left.tree_with(mean), layer + 1, left.layout};
+          const auto theta = project_experience(left, next, rollout);
+          ASSERT_TRUE(theta);
+
+          const Gmm acted = left.tree_with(rollout).layer(layer + 1);
+          const Gmm acts = next.tree_with(*theta).layer(layer + 1);
+          const Gmm before = next.tree.layer(layer + 1);
+          for (int k = 0; k < acted.num_components(); ++k) {
+            const Eigen::MatrixXd expected = slope_of(acted[k], num_inputs);
+            const Eigen::MatrixXd slope = slope_of(acts[k], num_inputs);
+            const double size = 1 + expected.norm();
+            EXPECT_LT((slope - expected).norm(), 1e-9 * size);
+            const Eigen::VectorXd offset =
+                acts[k].mean.tail(num_outputs) - slope * acts[k].mean.head(num_inputs);
+            const Eigen::VectorXd offset_expected =
+                acted[k].mean.tail(num_outputs) - expected * acted[k].mean.head(num_inputs);
+            EXPECT_LT((offset - offset_expected).norm(), 1e-9 * size * (1 + acted[k].mean.norm()));
+            // The input variance is not theta's, and has moved between mean and roll-out.
+            EXPECT_TRUE(
+                acts[k]
+                    .covariance.topLeftCorner(num_inputs, num_inputs)
+                    .isApprox(before[k].covariance.topLeftCorner(num_inputs, num_inputs), 1e-9));
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(ExperienceTest, KeepsTheWholeCurveWhereTheInputVariancesStandStill) {
+  for (int seed = 0; seed < 20; ++seed) {
+    RandomStream random = stream(seed);
+    // Means alone: no covariance of the layer left moves, so no frame turns.
+    const Policy means{random_tree(random, FrameKind::kEigenvector, 2, 2), 2, ThetaLayout::kMeans};
+    // Cholesky frames: the factor's input block is not explored, so the children's input
+    // variances stay although their couplings move.
+    const Policy cholesky{random_tree(random, FrameKind::kCholesky, 2, 2), 2,
+                          ThetaLayout::kMeansCholesky};
+    for (const Policy& left : {means, cholesky}) {
+      const Eigen::VectorXd mean = left.theta() + .2 * normal_vector(random, left.theta_dim());
+      const Eigen::VectorXd rollout = mean + normal_vector(random, left.theta_dim());
+      const Policy next{left.tree_with(mean), 3, left.layout};
+      const auto theta = project_experience(left, next, rollout);
+      ASSERT_TRUE(theta);
+      const Gmr acted(left.decode(rollout));
+      const Gmr acts(next.decode(*theta));
+      for (int i = 0; i < 20; ++i) {
+        const Eigen::VectorXd input = 3 * normal_vector(random, 2);
+        const Eigen::VectorXd expected = acted.regress(input);
+        EXPECT_LT((acts.regress(input) - expected).norm(), 1e-8 * (1 + expected.norm())) << seed;
+      }
+    }
+  }
+}
+
+TEST(ExperienceTest, TheMeanProjectsToTheNextLayersStart) {
+  RandomStream random = stream(3);
+  const Policy left{random_tree(random, FrameKind::kEigenvector, 2, 1), 1,
+                    ThetaLayout::kMeansCholesky};
+  const Eigen::VectorXd mean = left.theta() + .2 * normal_vector(random, left.theta_dim());
+  const Policy next{left.tree_with(mean), 2, left.layout};
+  EXPECT_LT((*project_experience(left, next, mean) - next.theta()).norm(), 1e-9);
+}
+
+TEST(ExperienceTest, LeavesOutWhatNoMixtureRepresents) {
+  const Policy left{two_layer_tree(), 1, ThetaLayout::kMeansCholesky};
+  const Policy next{two_layer_tree(), 2, ThetaLayout::kMeansCholesky};
+  Eigen::VectorXd extreme = left.theta();
+  extreme[0] = 1e60;
+  EXPECT_FALSE(project_experience(left, next, extreme));
+  const std::vector<RatedRollout> rollouts = {{4, .5, left.theta()}, {7, 0, extreme}};
+  const std::vector<RatedRollout> projected = project_experience(left, next, rollouts);
+  ASSERT_EQ(projected.size(), 1U);
+  EXPECT_EQ(projected[0].rollout, 4);
+  EXPECT_EQ(projected[0].reward, .5);
+}
+
+TEST(ExperienceTest, TheJacobianSaysWhereASmallStepLeads) {
+  RandomStream random = stream(5);
+  const Policy left{random_tree(random, FrameKind::kEigenvector, 1, 1), 1,
+                    ThetaLayout::kMeansCholesky};
+  const Eigen::VectorXd mean = left.theta();
+  const Policy next{left.tree, 2, left.layout};
+  const auto jacobian =
+      experience_jacobian(left, next, mean, Eigen::VectorXd::Constant(mean.size(), .1));
+  ASSERT_TRUE(jacobian);
+  const Eigen::VectorXd step = 1e-5 * normal_vector(random, mean.size());
+  const Eigen::VectorXd moved = *project_experience(left, next, mean + step) - next.theta();
+  EXPECT_LT((moved - *jacobian * step).norm(), 1e-3 * moved.norm());
+}
+
+TEST(ExperienceTest, UnexploredDirectionsGetAShareOfTheExploredDeviation) {
+  Eigen::MatrixXd jacobian(3, 2);  // the span of (1, 1, 0), twice
+  jacobian << 1, 2, 1, 2, 0, 0;
+  const Eigen::MatrixXd explored = 4 * Eigen::Vector3d(1, 1, 0) * Eigen::RowVector3d(1, 1, 0) / 2;
+  const Eigen::MatrixXd noise =
+      with_unexplored_directions(explored, jacobian, Eigen::Vector3d::Ones());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(noise);
+  EXPECT_TRUE(axes.eigenvalues().isApprox(Eigen::Vector3d(.36, .36, 4), 1e-12));
+  // The unit says how lengths compare.
+  const Eigen::Vector3d unit(1, 1, 10);
+  const Eigen::MatrixXd in_units = with_unexplored_directions(explored, jacobian, unit);
+  EXPECT_NEAR(in_units(2, 2), 36, 1e-12);
+}
+
+/// Algorithm 2 with reuse, layer 1 left after ten results.
+Exploration switched(const ExplorationSettings& settings) {
+  Exploration run = run_over_means(settings, two_layer_tree());
+  for (int i = 0; run.layer() == 1; ++i) {
+    run.ask();
+    run.tell(i, 1 - 1e-3 * i, RolloutStatus::kOk);
+  }
+  return run;
+}
+
+TEST(ReuseTest, TheNextLayerLearnsFromTheProjectedBestAtItsFirstResult) {
+  ExplorationSettings settings = settings_for_means();
+  settings.first_update = 5;
+  settings.best_considered = 3;
+  settings.convergence_window = 10;
+  settings.last_layer = 2;
+  Exploration run = run_over_means(settings, two_layer_tree());
+  std::vector<RatedRollout> told;
+  for (int i = 0; run.layer() == 1; ++i) {
+    told.push_back({i, 1 - 1e-3 * i, run.ask()->theta});
+    run.tell(i, told.back().reward, RolloutStatus::kOk);
+  }
+  ASSERT_EQ(told.size(), 10U);
+  const Eigen::VectorXd mean_before = run.mean();
+  EXPECT_EQ(mean_before, run.policy(2).theta());
+
+  std::vector<RatedRollout> best(told.begin(), told.begin() + 3);
+  best = project_experience(run.policy(1), run.policy(2), best);
+  const Draw first = *run.ask();
+  ASSERT_EQ(first.layer, 2);
+  run.tell(10, 2, RolloutStatus::kOk);
+  best.insert(best.begin(), {10, 2, first.theta});
+  best.pop_back();
+  const Eigen::VectorXd minimum = 5e-3 * Eigen::Vector2d(.01, .04).replicate(4, 1);
+  const auto expected = power_update(best, mean_before, minimum);
+  EXPECT_EQ(run.mean(), expected->mean);
+  EXPECT_EQ(run.noise(), expected->noise);
+}
+
+TEST(ReuseTest, TheNoiseAtTheSwitchIsThatOfTheExperienceAndReachesEveryDirection) {
+  ExplorationSettings settings = settings_for_means();
+  settings.convergence_window = 10;
+  settings.last_layer = 2;
+  const Exploration bold = switched([&] {
+    ExplorationSettings of_bold = settings;
+    of_bold.initial_noise_factor = 100;
+    return of_bold;
+  }());
+  const Exploration run = switched(settings);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(run.noise());
+  EXPECT_GT(axes.eigenvalues()[0], 1e-6);
+  EXPECT_GT(bold.noise().trace(), 20 * run.noise().trace()) << "it follows what was explored";
+
+  settings.reuse = false;
+  const Exploration afresh = switched(settings);
+  EXPECT_EQ(afresh.noise(), Eigen::Vector2d(.01, .04).replicate(4, 1).asDiagonal().toDenseMatrix());
+}
+
+TEST(ReuseTest, ExperienceWithoutRewardLeavesTheNoiseAsItStarts) {
+  ExplorationSettings settings = settings_for_means();
+  settings.convergence_window = 10;
+  settings.convergence_slope = .1;
+  settings.last_layer = 2;
+  Exploration run = run_over_means(settings, two_layer_tree());
+  for (int i = 0; run.layer() == 1; ++i) {
+    run.ask();
+    run.tell(i, 0, RolloutStatus::kOk);
+  }
+  EXPECT_EQ(run.noise(), Eigen::Vector2d(.01, .04).replicate(4, 1).asDiagonal().toDenseMatrix());
+}
+
+}  // namespace
+}  // namespace treeroll

@@ -1,0 +1,236 @@
+// Runs whose rule updates once a generation, and runs that stop early.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "trees.h"
+
+namespace treeroll {
+namespace {
+
+ExplorationSettings population_settings(RuleKind rule, int population, int in_flight) {
+  ExplorationSettings settings = settings_for_means();
+  settings.rule = rule;
+  settings.population = population;
+  settings.elites = std::min(settings.elites, population);
+  settings.in_flight = in_flight;
+  settings.covariance_learning_rate = .5;
+  return settings;
+}
+
+/// A bump around a point near the start.
+double bump(const Eigen::VectorXd& theta) {
+  double square = 0;
+  for (Eigen::Index i = 0; i < theta.size(); ++i) {
+    square += std::pow(theta[i] - .1 * static_cast<double>(i % 3), 2);
+  }
+  return std::exp(-square);
+}
+
+constexpr RuleKind kPopulationRules[] = {RuleKind::kPi2, RuleKind::kCem, RuleKind::kCmaEs};
+
+TEST(ExplorationPopulationTest, UpdatesOnceAGenerationAndHoldsDrawsUntilItIsComplete) {
+  for (const RuleKind rule : kPopulationRules) {
+    Exploration run = run_over_means(population_settings(rule, 6, 4), flat_tree());
+    std::vector<Draw> out;
+    Eigen::VectorXd mean = run.mean();
+    int asked = 0;
+    for (int told = 0; told < 30; ++told) {
+      while (std::optional<Draw> draw = run.ask()) {
+        out.push_back(*std::move(draw));
+        ++asked;
+      }
+      // Four in flight, and none beyond the generation.
+      EXPECT_EQ(asked, std::min(told + 4, (told / 6 + 1) * 6)) << told;
+      run.tell(told, bump(out[static_cast<std::size_t>(told)].theta), RolloutStatus::kOk);
+      EXPECT_EQ(run.mean() != mean, told % 6 == 5) << told;
+      mean = run.mean();
+    }
+  }
+}
+
+TEST(ExplorationPopulationTest, StaleGenerationsKeepTheFlightFull) {
+  for (const RuleKind rule : kPopulationRules) {
+    ExplorationSettings settings = population_settings(rule, 6, 4);
+    settings.complete_generations = false;
+    settings.num_rollouts = 31;
+    Exploration run = run_over_means(settings, flat_tree());
+    std::vector<Draw> out;
+    Eigen::VectorXd mean = run.mean();
+    for (int told = 0; told < 31; ++told) {
+      while (std::optional<Draw> draw = run.ask()) out.push_back(*std::move(draw));
+      EXPECT_EQ(out.size(), static_cast<std::size_t>(std::min(told + 4, 31)));
+      run.tell(told, bump(out[static_cast<std::size_t>(told)].theta), RolloutStatus::kOk);
+      EXPECT_EQ(run.mean() != mean, told % 6 == 5) << "the last, partial generation is dropped";
+      mean = run.mean();
+    }
+    EXPECT_TRUE(run.done());
+  }
+}
+
+TEST(ExplorationPopulationTest, TheOrderWithinAGenerationDoesNotCount) {
+  for (const RuleKind rule : kPopulationRules) {
+    Exploration forward = run_over_means(population_settings(rule, 8, 8), flat_tree());
+    Exploration backward = run_over_means(population_settings(rule, 8, 8), flat_tree());
+    for (int g = 0; g < 5; ++g) {
+      std::vector<double> rewards;
+      for (int i = 0; i < 8; ++i) {
+        rewards.push_back(bump(forward.ask()->theta));
+        backward.ask();
+      }
+      for (int i = 0; i < 8; ++i) {
+        forward.tell(8 * g + i, rewards[static_cast<std::size_t>(i)], RolloutStatus::kOk);
+        backward.tell(8 * g + 7 - i, rewards[static_cast<std::size_t>(7 - i)], RolloutStatus::kOk);
+      }
+      ASSERT_EQ(forward.mean(), backward.mean());
+      ASSERT_EQ(forward.noise(), backward.noise());
+    }
+  }
+}
+
+TEST(ExplorationPopulationTest, MirroredDrawsAreOppositeInPairs) {
+  for (const bool mirrored : {true, false}) {
+    ExplorationSettings settings = population_settings(RuleKind::kCmaEs, 6, 6);
+    settings.mirrored = mirrored;
+    Exploration run = run_over_means(settings, flat_tree());
+    const Eigen::VectorXd mean = run.mean();
+    for (int pair = 0; pair < 3; ++pair) {
+      const Eigen::VectorXd there = run.ask()->theta - mean;
+      const Eigen::VectorXd back = run.ask()->theta - mean;
+      EXPECT_EQ((there + back).norm() < 1e-12, mirrored);
+      EXPECT_GT(there.norm(), 1e-3);
+    }
+  }
+}
+
+TEST(ExplorationPopulationTest, EveryRuleLearnsTheBump) {
+  for (const RuleKind rule : kPopulationRules) {
+    for (const bool complete : {true, false}) {
+      ExplorationSettings settings = population_settings(rule, 10, complete ? 1 : 8);
+      settings.complete_generations = complete;
+      settings.num_rollouts = 400;
+      // The elite of a slope is narrow: without a floor CEM stops short of the top.
+      settings.minimum_noise_fraction = rule == RuleKind::kCem ? .2 : 0;
+      Exploration run = run_over_means(settings, flat_tree());
+      const double start = bump(run.mean());
+      std::map<int, double> out;
+      while (!run.done()) {
+        while (const std::optional<Draw> draw = run.ask()) out[draw->rollout] = bump(draw->theta);
+        const auto [rollout, reward] = *out.begin();
+        out.erase(out.begin());
+        run.tell(rollout, reward, RolloutStatus::kOk);
+      }
+      EXPECT_LT(start, .5);
+      EXPECT_GT(bump(run.mean()), .99) << static_cast<int>(rule) << complete;
+    }
+  }
+}
+
+TEST(ExplorationPopulationTest, AGenerationWithoutRewardTeachesNothing) {
+  for (const RuleKind rule : kPopulationRules) {
+    Exploration run = run_over_means(population_settings(rule, 4, 1), flat_tree());
+    const Eigen::VectorXd mean = run.mean();
+    const Eigen::MatrixXd noise = run.noise();
+    for (int i = 0; i < 20; ++i) {
+      run.ask();
+      run.tell(i, 1, RolloutStatus::kDiverged);
+      EXPECT_EQ(run.mean(), mean);
+      EXPECT_EQ(run.noise(), noise);
+    }
+  }
+}
+
+TEST(ExplorationPopulationTest, ASwitchGoesOnFromTheBestRolloutWithProjectedNoise) {
+  for (const RuleKind rule : kPopulationRules) {
+    ExplorationSettings settings = population_settings(rule, 6, 1);
+    settings.convergence_window = 10;
+    settings.last_layer = 2;
+    Exploration run = run_over_means(settings, two_layer_tree());
+    settings.reuse = false;
+    Exploration afresh = run_over_means(settings, two_layer_tree());
+    Eigen::VectorXd best;
+    Eigen::VectorXd mean_left;
+    for (int i = 0; run.layer() == 1; ++i) {
+      const Eigen::VectorXd theta = run.ask()->theta;
+      afresh.ask();
+      if (i == 2) best = theta;
+      // Falls but for the third, in the middle of the second generation.
+      const double reward = i == 2 ? 2 : 1 - .01 * i;
+      mean_left = afresh.mean();
+      run.tell(i, reward, RolloutStatus::kOk);
+      afresh.tell(i, reward, RolloutStatus::kOk);
+    }
+    EXPECT_EQ(run.switches(), std::vector<int>{9});
+    EXPECT_EQ(run.mean(), to_theta(ThetaLayout::kMeans, run.policy(1).tree_with(best).layer(2)));
+    EXPECT_EQ(afresh.mean(),
+              to_theta(ThetaLayout::kMeans, afresh.policy(1).tree_with(mean_left).layer(2)));
+    EXPECT_EQ(afresh.noise(),
+              Eigen::Vector2d(.01, .04).replicate(4, 1).asDiagonal().toDenseMatrix());
+    // Moving a parent's mean moves both children: their perturbations are coupled.
+    EXPECT_GT(run.noise()(0, 2) / std::sqrt(run.noise()(0, 0) * run.noise()(2, 2)), .5);
+    EXPECT_LT(std::abs(run.noise()(0, 4)), .5 * run.noise()(0, 2));
+  }
+}
+
+TEST(ExplorationStopTest, StopsAtTheTargetAndTakesInWhatIsStillOut) {
+  ExplorationSettings settings = settings_for_means();
+  settings.first_update = settings.best_considered = 2;
+  settings.in_flight = 3;
+  settings.stop_at_reward = .9;
+  Exploration run = run_over_means(settings, flat_tree());
+  for (int i = 0; i < 8; ++i) {
+    while (run.ask()) {
+    }
+    run.tell(i, i == 7 ? .9 : .5 + .01 * i, RolloutStatus::kOk);
+    EXPECT_EQ(run.stopped_early(), i == 7);
+  }
+  EXPECT_FALSE(run.done()) << "8 and 9 are out";
+  EXPECT_FALSE(run.ask());
+  const Eigen::VectorXd mean = run.mean();
+  run.tell(9, .95, RolloutStatus::kOk);
+  EXPECT_FALSE(run.done());
+  run.tell(8, .1, RolloutStatus::kOk);
+  EXPECT_TRUE(run.done());
+  EXPECT_FALSE(run.ask());
+  EXPECT_EQ(run.num_told(), 10);
+  EXPECT_EQ(run.best().rollout, 9);
+  EXPECT_EQ(run.mean(), mean);
+}
+
+TEST(ExplorationStopTest, AFailedRolloutReachesNoTarget) {
+  ExplorationSettings settings = settings_for_means();
+  settings.stop_at_reward = .5;
+  Exploration run = run_over_means(settings, flat_tree());
+  run.ask();
+  run.tell(0, .9, RolloutStatus::kDiverged);
+  EXPECT_FALSE(run.stopped_early());
+  run.ask();
+  run.tell(1, .5, RolloutStatus::kOk);
+  EXPECT_TRUE(run.done());
+}
+
+TEST(ExplorationStopTest, StopsWhenTheLastLayerHasConvergedIfTheStudySaysSo) {
+  for (const bool stops : {true, false}) {
+    ExplorationSettings settings = settings_for_means();
+    settings.first_update = 5;
+    settings.best_considered = 2;
+    settings.convergence_window = 10;
+    settings.last_layer = 2;
+    settings.stop_on_convergence = stops;
+    settings.num_rollouts = 50;
+    Exploration run = run_over_means(settings, two_layer_tree());
+    int told = 0;
+    for (; !run.done(); ++told) {
+      run.ask();
+      run.tell(told, 1 - 1e-3 * told, RolloutStatus::kOk);
+    }
+    EXPECT_EQ(run.switches(), std::vector<int>{9});
+    EXPECT_EQ(told, stops ? 20 : 50);
+    EXPECT_EQ(run.stopped_early(), stops);
+  }
+}
+
+}  // namespace
+}  // namespace treeroll

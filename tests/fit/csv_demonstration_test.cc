@@ -1,0 +1,89 @@
+#include "learner/fit/csv_demonstration.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <utility>
+
+namespace treeroll {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string error_of(const std::string& text, const std::vector<std::string>& columns) {
+  try {
+    parse_demonstration(text, "demo.csv", columns);
+  } catch (const DemonstrationError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string nothing_else(const std::string& file) {
+  throw DemonstrationError(file + ": is no file");
+}
+
+/// Files by name, without a disk.
+FileReader files(std::map<std::string, std::string> texts) {
+  return [texts = std::move(texts)](const std::string& file) {
+    const auto found = texts.find(file);
+    return found == texts.end() ? nothing_else(file) : found->second;
+  };
+}
+
+TEST(CsvDemonstrationTest, TakesTheNamedColumnsInTheOrderAsked) {
+  const Eigen::MatrixXd data = parse_demonstration(
+      "t, x,note,y\n0,1,a,2\r\n0.5, -1e-3 ,b,3\n1,7,,4", "demo.csv", {"y", "t"});
+  EXPECT_EQ(data, (Eigen::MatrixXd(2, 3) << 2, 3, 4, 0, .5, 1).finished());
+}
+
+TEST(CsvDemonstrationTest, SaysFileLineAndColumnOfWhatIsWrong) {
+  const std::vector<std::string> t = {"t"};
+  EXPECT_EQ(error_of("", t), "demo.csv: is empty: must begin with a line of column names");
+  EXPECT_EQ(error_of("x,y\n1,2\n", t),
+            "demo.csv:1: has no column \"t\"; its columns are \"x\", \"y\"");
+  EXPECT_EQ(error_of("t,t\n1,2\n", t), "demo.csv:1: has the column \"t\" twice");
+  EXPECT_EQ(error_of("t,x\n1,2\n3\n", t),
+            "demo.csv:3: has 1 columns, must have the 2 of the first line");
+  EXPECT_THAT(error_of("t,x\n1,2\n\n3,4\n", t), HasSubstr("demo.csv:3: has 1 columns"));
+  for (const char* bad :
+       {"", "abc", "1e999", "inf", "nan", "-nan", "1 2", "0x10", "1e21", "1.5s"}) {
+    EXPECT_THAT(error_of(std::string("x,t\n0,1\n0,") + bad + "\n", t),
+                HasSubstr("demo.csv:3: column \"t\" is \"" + std::string(bad) + "\": must be"));
+  }
+  const std::string binary("t\n\x01\xff\x00\n", 6);
+  EXPECT_THAT(error_of(binary, t), HasSubstr("demo.csv:2: column \"t\" is \"???\""));
+  EXPECT_THAT(error_of(std::string(5000, ','), t), HasSubstr("at most 1000 columns"));
+  EXPECT_THAT(error_of("t\n" + std::string(100000, '9') + "\n", t), HasSubstr("...\": must be"));
+}
+
+TEST(CsvDemonstrationTest, SetsFilesBesideEachOther) {
+  const FileReader read = files({{"first", "t,x\n0,1\n1,2\n"}, {"second", "x,t\n5,2\n"}});
+  const CsvDemonstration both = read_demonstration_files({"first", "second"}, {"t", "x"}, read);
+  EXPECT_EQ(both.data, (Eigen::MatrixXd(2, 3) << 0, 1, 2, 1, 2, 5).finished());
+  const CsvDemonstration other = read_demonstration_files({"second", "first"}, {"t", "x"}, read);
+  EXPECT_NE(other.content, both.content);
+  EXPECT_EQ(both.content.size(), 32U);
+}
+
+TEST(CsvDemonstrationTest, RefusesWhatIsNoFileAndWhatHoldsTooLittleOrTooMuch) {
+  std::string many = "t\n";
+  for (int i = 0; i <= 100000; ++i) many += "1\n";
+  const auto error = [&](const std::string& file, const FileReader& read) -> std::string {
+    try {
+      read_demonstration_files({file}, {"t"}, read);
+    } catch (const DemonstrationError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const FileReader read = files({{"one", "t\n1\n"}, {"many", many}});
+  EXPECT_EQ(error("none", read), "none: is no file");
+  EXPECT_EQ(error("one", {}), "one: cannot be read: there are no files here");
+  EXPECT_EQ(error("one", read), "one: holds less than 2 observations");
+  EXPECT_THAT(error("many", read), HasSubstr("at most 100000 observations"));
+}
+
+}  // namespace
+}  // namespace treeroll

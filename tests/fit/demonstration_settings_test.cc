@@ -1,0 +1,143 @@
+#include "learner/fit/demonstration_settings.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "common/base/config_error.h"
+#include "common/base/settings_reader.h"
+#include "common/policy/policy.h"
+#include "learner/fit/fit_tree.h"
+#include "learner/fit/kmeans.h"
+#include "learner/fit/start_policy.h"
+#include "tests/policy/random_mixture.h"
+
+namespace treeroll {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+/// A demonstration of two outputs over time, in a file.
+class DemonstrationSettingsTest : public ::testing::Test {
+ protected:
+  DemonstrationSettingsTest() { write("t,x,still,y\n"); }
+
+  void write(const std::string& head) {
+    std::ostringstream file;
+    file << head;
+    for (int i = 0; i < 40; ++i) file << i << ',' << i % 7 << ",1," << 3 * i + i % 5 << '\n';
+    text_ = file.str();
+  }
+
+  json demonstration() const {
+    return {{"kind", "csv"}, {"files", {path_}}, {"inputs", {"t"}}, {"outputs", {"y", "x"}}};
+  }
+
+  StartPolicy start(const json& table, json* resolved_out = nullptr) const {
+    json resolved;
+    SettingsReader reader(table, "policy", resolved);
+    StartPolicy policy = read_start_policy(reader, reader_of_files());
+    reader.finish();
+    if (resolved_out) *resolved_out = resolved;
+    return policy;
+  }
+
+  std::string error_of(const json& demonstration) const {
+    try {
+      start({{"model", "flat"}, {"components", {2}}, {"demonstration", demonstration}});
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  /// One file, without a disk.
+  FileReader reader_of_files() const {
+    return [this](const std::string& file) {
+      if (file != path_) throw DemonstrationError(file + ": is no file");
+      return text_;
+    };
+  }
+
+  const std::string path_ = "demo.csv";
+  std::string text_;
+};
+
+TEST_F(DemonstrationSettingsTest, FitsTheColumnsOfFiles) {
+  json resolved;
+  const StartPolicy policy = start({{"model", "flat"},
+                                    {"components", {3}},
+                                    {"demonstration", demonstration()},
+                                    {"layout", "reduced_pourahmadi"}},
+                                   &resolved);
+  EXPECT_EQ(policy.layout, ThetaLayout::kReducedPourahmadi);
+  EXPECT_EQ(policy.tree.input_dim(), 1);
+  EXPECT_EQ(policy.tree.dim(), 3);
+  const double variance_t = (40. * 40 - 1) / 12;
+  EXPECT_NEAR(resolved["fit"]["regularisation"][0], 1e-4 * variance_t, 1e-12);
+  // The slope of y over t is 3, but for a ripple.
+  const Component component = policy.tree.finest()[1];
+  EXPECT_NEAR(component.covariance(1, 0) / component.covariance(0, 0), 3, .3);
+  const StartPolicy again = start(resolved);
+  EXPECT_EQ(to_json({again.tree, 1, again.layout}), to_json({policy.tree, 1, policy.layout}));
+}
+
+TEST_F(DemonstrationSettingsTest, AStartByKmeansIsTheFitFromItsClusters) {
+  json table = {{"model", "flat"},
+                {"components", {3}},
+                {"demonstration", demonstration()},
+                {"fit", {{"start", "kmeans"}, {"kmeans_seed", 5}, {"iterations", 0}}}};
+  const StartPolicy policy = start(table);
+  json resolved;
+  const json files = demonstration();
+  const Demonstration data =
+      read_demonstration(SettingsReader(files, "d", resolved), reader_of_files());
+  const Gmm clusters = kmeans(data.data, 1, 3, 5, data.regularisation);
+  EXPECT_EQ(test::distance(policy.tree.finest(), clusters), 0);
+  table["fit"]["iterations"] = 50;
+  EXPECT_GE(mean_log_likelihood(start(table).tree.finest(), data.data),
+            mean_log_likelihood(clusters, data.data) - .01);
+  table["fit"]["initial_output_deviation"] = 3;
+  EXPECT_THROW(start(table), ConfigError);
+}
+
+TEST_F(DemonstrationSettingsTest, SeveralInputsFitATree) {
+  json files = demonstration();
+  files["inputs"] = {"t", "x"};
+  files["outputs"] = {"y"};
+  const StartPolicy policy = start({{"components", {1, 2}}, {"demonstration", files}});
+  EXPECT_EQ(policy.tree.input_dim(), 2);
+  EXPECT_EQ(policy.tree.num_layers(), 2);
+}
+
+TEST_F(DemonstrationSettingsTest, RefusesFilesThatHaveChangedSinceTheyWereResolved) {
+  json resolved;
+  start({{"model", "flat"}, {"components", {2}}, {"demonstration", demonstration()}}, &resolved);
+  EXPECT_EQ(error_of(resolved["demonstration"]), "");
+  write("t,x,still,y\n99,1,1,1\n");
+  EXPECT_THAT(error_of(resolved["demonstration"]), HasSubstr("policy.demonstration.content = "));
+  EXPECT_THAT(error_of(resolved["demonstration"]), HasSubstr("the files have changed"));
+}
+
+TEST_F(DemonstrationSettingsTest, RefusesWhatCannotBeReadNamingKeyFileLineAndColumn) {
+  const auto with = [this](const char* key, const json& value) {
+    json changed = demonstration();
+    changed[key] = value;
+    return error_of(changed);
+  };
+  EXPECT_THAT(with("files", json::array()), HasSubstr("policy.demonstration.files"));
+  EXPECT_THAT(with("files", {"/nowhere.csv"}), HasSubstr("/nowhere.csv: is no file"));
+  EXPECT_THAT(with("inputs", {"z"}), HasSubstr(path_ + ":1: has no column \"z\""));
+  EXPECT_THAT(with("outputs", {"t"}), HasSubstr("policy.demonstration.outputs"));
+  EXPECT_THAT(with("outputs", {"x", "x"}), HasSubstr("policy.demonstration.outputs"));
+  EXPECT_THAT(with("outputs", {"still"}), HasSubstr("column \"still\" of the files does not vary"));
+  EXPECT_THAT(with("samples", 3), HasSubstr("policy.demonstration.samples"));
+  write("t,x,still,y\n1,2,3,four\n");
+  EXPECT_THAT(error_of(demonstration()), HasSubstr(path_ + ":2: column \"y\" is \"four\""));
+}
+
+}  // namespace
+}  // namespace treeroll

@@ -1,0 +1,140 @@
+#include "learner/journal/journal_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <iterator>
+
+namespace treeroll {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class JournalFileTest : public ::testing::Test {
+ protected:
+  JournalFileTest() {
+    std::string name = (fs::temp_directory_path() / "treeroll-journal-XXXXXX").string();
+    directory_ = mkdtemp(name.data());
+  }
+  ~JournalFileTest() override { fs::remove_all(directory_); }
+
+  static AcceptedResult result(int number) {
+    return {{1, number}, 1000 + number, number / 8., RolloutStatus::kOk, 77};
+  }
+
+  /// A start, results 0 .. n-1, and a seal if wanted; its bytes.
+  std::string write(int num_results, bool sealed) {
+    {
+      JournalWriter writer(path());
+      writer.continue_after({});
+      writer.append(JournalStart{}, 5);
+      for (int number = 0; number < num_results; ++number) writer.append(result(number), 6);
+      if (sealed) writer.append(JournalSeal{}, 7);
+      writer.sync();
+    }
+    std::ifstream file(path(), std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
+  void replace(const std::string& bytes) {
+    std::ofstream(path(), std::ios::binary | std::ios::trunc) << bytes;
+  }
+
+  Result<JournalTail> read() {
+    records_.clear();
+    return read_journal(path(),
+                        [this](const JournalRecord& record) { records_.push_back(record); });
+  }
+
+  fs::path path() const { return directory_ / "journal.lcmlog"; }
+
+  fs::path directory_;
+  std::vector<JournalRecord> records_;
+};
+
+TEST_F(JournalFileTest, GivesBackWhatWasWritten) {
+  write(3, true);
+  const Result<JournalTail> tail = read();
+  ASSERT_TRUE(tail);
+  EXPECT_TRUE(tail->sealed);
+  EXPECT_EQ(tail->torn_bytes, 0U);
+  ASSERT_EQ(records_.size(), 5U);
+  EXPECT_EQ(records_[0], JournalRecord(JournalStart{}));
+  for (int number = 0; number < 3; ++number) {
+    EXPECT_EQ(records_[number + 1], JournalRecord(result(number)));
+  }
+}
+
+TEST_F(JournalFileTest, EveryTruncationKeepsTheWholeRecordsAndGoesOnBehindThem) {
+  const std::string whole = write(3, false);
+  std::vector<std::size_t> ends{0};  // of records
+  for (std::size_t place = 0; place < whole.size();) {
+    const Result<FramedRecord> framed = unframe(std::string_view(whole).substr(place));
+    ASSERT_TRUE(framed);
+    ends.push_back(place += framed->size);
+  }
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    replace(whole.substr(0, size));
+    const Result<JournalTail> tail = read();
+    ASSERT_TRUE(tail) << size << ": " << tail.error().message;
+    std::size_t kept = 0;
+    while (ends[kept + 1] <= size) ++kept;
+    EXPECT_EQ(records_.size(), kept) << size;
+    EXPECT_EQ(tail->torn_bytes, size - ends[kept]) << size;
+
+    JournalWriter writer(path());
+    writer.continue_after(*tail);
+    writer.append(result(9), 8);
+    writer.sync();
+    ASSERT_TRUE(read());
+    ASSERT_EQ(records_.size(), kept + 1);
+    EXPECT_EQ(records_.back(), JournalRecord(result(9)));
+  }
+}
+
+TEST_F(JournalFileTest, EveryFlippedBitOfASealedJournalIsDetected) {
+  const std::string whole = write(2, true);
+  for (std::size_t byte = 0; byte < whole.size(); ++byte) {
+    for (int bit = 0; bit < 8; ++bit) {
+      std::string flipped = whole;
+      flipped[byte] = static_cast<char>(flipped[byte] ^ (1 << bit));
+      replace(flipped);
+      const Result<JournalTail> tail = read();
+      ASSERT_FALSE(tail) << "byte " << byte << " bit " << bit;
+      EXPECT_THAT(tail.error().message, HasSubstr(path().string() + ": record "));
+    }
+  }
+}
+
+TEST_F(JournalFileTest, RecordsTakenOutOrMovedAreDetected) {
+  const std::string whole = write(4, true);
+  const std::size_t start = unframe(whole)->size;
+  const std::size_t size = unframe(std::string_view(whole).substr(start))->size;
+  replace(whole.substr(0, start) + whole.substr(start + size));
+  EXPECT_FALSE(read());
+  replace(whole.substr(0, start) + whole.substr(start + size, size) + whole.substr(start, size) +
+          whole.substr(start + 2 * size));
+  EXPECT_FALSE(read());
+}
+
+TEST_F(JournalFileTest, OnlyOneWriterAtATime) {
+  const JournalWriter first(path());
+  EXPECT_THROW(JournalWriter second(path()), std::runtime_error);
+}
+
+TEST_F(JournalFileTest, AFailedWriteIsAnErrorWithItsReason) {
+  JournalWriter writer("/dev/full");
+  writer.append(JournalStart{}, 1);
+  try {
+    writer.flush();
+    FAIL() << "the write was taken for done";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/dev/full: cannot write the journal: No space left"));
+  }
+}
+
+}  // namespace
+}  // namespace treeroll

@@ -1,0 +1,117 @@
+#include "workers/tasks/hold_task.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "common/base/config_error.h"
+#include "common/base/settings_reader.h"
+
+namespace treeroll {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using Gains = Eigen::Matrix<double, 6, 1>;
+
+std::unique_ptr<Task> make(const std::string& settings) {
+  TaskRegistry registry;
+  add_standard_tasks(registry);
+  json resolved;
+  return registry.make("hold", json::parse(settings), resolved);
+}
+
+std::string error_of(const std::string& settings) {
+  try {
+    (void)make(settings);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// acceleration = gains . state + offset, as a mixture of one component.
+Gmm feedback(const Gains& gains, double offset = 0) {
+  Component component{1, Eigen::VectorXd::Zero(7), Eigen::MatrixXd::Identity(7, 7)};
+  component.mean[6] = offset;
+  component.covariance.block(6, 0, 1, 6) = gains.transpose();
+  component.covariance.block(0, 6, 6, 1) = gains;
+  component.covariance(6, 6) += gains.squaredNorm();
+  return Gmm(6, {component});
+}
+
+/// Linear quadratic regulators for the equations of motion linearised about the target, from a
+/// Riccati recursion at 10 ms: weights diag(100, 100, 1, 1, 10, 1) and .1 upright, diag(10, 10, 1,
+/// 1, 1, 1) and 1 hanging.
+const Gains kUprightRegulator =
+    (Gains() << -142.848, 202.69, -2.648, -5.003, 34.423, -6.679).finished();
+const Gains kHangingRegulator = (Gains() << 6.299, -2.179, -.962, 1.72, .494, -1.912).finished();
+const Gains kNone = Gains::Zero();
+
+constexpr const char* kAtRest = R"("start_phi1": 0, "start_phi2": 0)";
+
+TEST(HoldTaskTest, HasTheSixStatesAsInputs) {
+  const TaskDescription d = make("{}")->description();
+  EXPECT_EQ(d.input_dim, 6);
+  EXPECT_EQ(d.output_dim, 1);
+  EXPECT_EQ(d.reward_max, 1);
+  EXPECT_TRUE(d.deterministic);
+  EXPECT_FALSE(make(R"({"variation": {"parameter_fraction": 0.02}})")->description().deterministic);
+}
+
+TEST(HoldTaskTest, WhatRestsAtTheTargetGetsRewardOne) {
+  const auto task = make(std::string(R"({"plant": "rk4", "duration_s": 0.5, )") + kAtRest + "}");
+  EXPECT_NEAR(task->evaluate(feedback(kNone), 0).reward, 1, 1e-12);
+}
+
+TEST(HoldTaskTest, APushedCartGetsTheMeanCostOfItsPath) {
+  // With no gravity and no friction to speak of the links would swing; with tiny arms they do not
+  // move, and the cart's path alone counts: c = (.7 a t^2 / 2)^4 + (a t)^2 / 50.
+  const auto task = make(std::string(R"({"plant": "rk4", "alpha": 2, "duration_s": 1,
+      "parameters": {"gravity": 0, "a1": 1e-6, "a2": 1e-6, "l1": 1e-6, "j1": 1000, "j2": 1000}, )") +
+                         kAtRest + "}");
+  const double a = .8;
+  const double mean = std::pow(.35 * a, 4) / 9 + a * a / 3 / 50;
+  EXPECT_NEAR(task->evaluate(feedback(kNone, a), 0).reward, std::exp(-2 * mean), 1e-6);
+}
+
+TEST(HoldTaskTest, TheOutputIsCutToWhatTheCartCanDo) {
+  const auto cut = make(R"({"plant": "rk4", "acceleration_max_mps2": 0.5})");
+  EXPECT_EQ(cut->evaluate(feedback(kNone, 30), 0).reward,
+            cut->evaluate(feedback(kNone, .5), 0).reward);
+  EXPECT_NE(cut->evaluate(feedback(kNone, .4), 0).reward,
+            cut->evaluate(feedback(kNone, .5), 0).reward);
+}
+
+TEST(HoldTaskTest, ARegulatorDampsWhatFrictionAloneDampsSlowly) {
+  for (const char* plant : {"rk4", "ode"}) {
+    const auto task = make(std::string(R"({"plant": ")") + plant + "\"}");
+    const double without = task->evaluate(feedback(kNone), 0).reward;
+    const double with = task->evaluate(feedback(kHangingRegulator), 0).reward;
+    EXPECT_LT(without, .6) << plant;
+    EXPECT_GT(with, without + .2) << plant;
+    EXPECT_LT(task->evaluate(feedback(-kHangingRegulator), 0).reward, without) << plant;
+  }
+}
+
+TEST(HoldTaskTest, UprightFallsWithoutFeedbackAndStandsWithIt) {
+  for (const char* plant : {"rk4", "ode"}) {
+    const auto task = make(std::string(R"({"target": "upright", "start_phi1": 0.02,
+                                           "start_phi2": -0.02, "plant": ")") +
+                           plant + "\"}");
+    EXPECT_LT(task->evaluate(feedback(kNone), 0).reward, 1e-3) << plant;
+    EXPECT_GT(task->evaluate(feedback(kUprightRegulator), 0).reward, .9) << plant;
+  }
+}
+
+TEST(HoldTaskTest, SaysWhatIsWrongWithItsSettings) {
+  EXPECT_THAT(error_of(R"({"target": "sideways"})"), HasSubstr("task.target = \"sideways\""));
+  EXPECT_THAT(error_of(R"({"duration_s": -1})"), HasSubstr("task.duration_s"));
+  EXPECT_THAT(error_of(R"({"acceleration_max_mps2": 0})"), HasSubstr("task.acceleration_max_mps2"));
+  EXPECT_THAT(error_of(R"({"gain": 1})"), HasSubstr("task.gain"));
+}
+
+}  // namespace
+}  // namespace treeroll

@@ -1,0 +1,123 @@
+#include "workers/app/evaluate_policy.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/time.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "common/base/config_error.h"
+#include "common/base/settings_reader.h"
+#include "common/policy/policy.h"
+#include "workers/app/checked_evaluation.h"
+#include "workers/app/json_answer.h"
+#include "workers/app/task_content.h"
+#include "workers/tasks/trace.h"
+
+namespace treeroll::worker {
+namespace {
+
+using nlohmann::json;
+
+/// A task and a policy of 1 MiB each, and what JSON adds to a text within a text.
+constexpr std::size_t kRequestBytesMax = std::size_t{4} << 20U;
+/// Settings of a study go to a depth of 32; what follows the nesting later does so by recursion.
+constexpr int kNestingMax = 64;
+
+struct Request {
+  std::string task;  ///< content of a task definition
+  std::string policy;
+  std::uint64_t seed = 0;
+  bool trace = false;
+};
+
+Request read_request() {
+  bool too_deep = false;
+  const json::parser_callback_t guard = [&](int depth, json::parse_event_t, json&) {
+    too_deep = too_deep || depth > kNestingMax;
+    return !too_deep;
+  };
+  json value = json::parse(read_standard_input("request", kRequestBytesMax), guard, false);
+  if (too_deep) throw ConfigError("request", "", "is nested too deeply");
+  if (!value.is_object() || !value.contains("task")) {
+    throw ConfigError("request", "",
+                      R"(must be a JSON object {"task": {...}, "policy": ..., ...})");
+  }
+  Request request;
+  request.task = value["task"].dump(-1, ' ', false, json::error_handler_t::replace);
+  value.erase("task");
+  json resolved;
+  SettingsReader reader(value, "request", resolved);
+  request.policy = reader.string("policy");
+  request.seed = static_cast<std::uint64_t>(
+      reader.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
+  request.trace = reader.boolean("trace", false);
+  reader.finish();
+  return request;
+}
+
+Gmm read_policy(const std::string& text, const TaskDescription& task) {
+  Result<Policy> policy = policy_from_json(text);
+  if (!policy) throw ConfigError("policy", "", policy.error().message);
+  Gmm finest = policy->tree.finest();
+  if (finest.input_dim() != task.input_dim || finest.output_dim() != task.output_dim) {
+    throw ConfigError(
+        "policy", "",
+        fmt::format("has {} inputs and {} outputs, must have {} inputs and {} "
+                    "outputs for this task",
+                    finest.input_dim(), finest.output_dim(), task.input_dim, task.output_dim));
+  }
+  return finest;
+}
+
+/// The kernel ends this process once it has used `limit_s` more of processor time. Core dumps are
+/// off: a task that hangs is no bug of ours.
+void limit_cpu_time(double limit_s) {
+  const rlimit no_core{0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  const double used_s = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1;
+  const auto seconds = static_cast<rlim_t>(std::ceil(used_s + limit_s));
+  const rlimit cpu{seconds, seconds + 1};
+  setrlimit(RLIMIT_CPU, &cpu);
+}
+
+json to_json(const Trace& trace) {
+  return {{"columns", trace.columns()}, {"numbers", trace.numbers()}};
+}
+
+}  // namespace
+
+int evaluate_policy(const TaskRegistry& registry) {
+  const JsonAnswer answer;
+  try {
+    const Request request = read_request();
+    json resolved;
+    const std::unique_ptr<Task> task = make_task(registry, request.task, resolved);
+    const TaskDescription description = task->description();
+    const Gmm policy = read_policy(request.policy, description);
+    limit_cpu_time(description.time_limit_s);
+    Trace trace;
+    const CheckedEvaluation done = evaluate_checked(*task, description, policy, request.seed,
+                                                    request.trace ? &trace : nullptr);
+    if (!trace.is_complete()) {
+      throw ConfigError("trace", "",
+                        fmt::format("the roll-out has more than {} numbers to record; take longer "
+                                    "steps or a shorter time",
+                                    Trace::kNumbersMax));
+    }
+    json said{{"description", treeroll::to_json(description)},
+              {"evaluation",
+               {{"reward", done.evaluation.reward}, {"status", name(done.evaluation.status)}}},
+              {"complaint", done.complaint}};
+    if (request.trace) said["trace"] = to_json(trace);
+    return answer.give(said);
+  } catch (const ConfigError& error) {
+    return answer.refuse(error);
+  }
+}
+
+}  // namespace treeroll::worker

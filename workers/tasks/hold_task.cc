@@ -1,0 +1,97 @@
+#include "workers/tasks/hold_task.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "common/base/check.h"
+#include "common/base/elementary.h"
+#include "common/base/settings_reader.h"
+#include "common/policy/gmr.h"
+#include "workers/tasks/swing_up_task.h"
+
+namespace treeroll {
+namespace {
+
+constexpr NumberRule kDuration{.min = 0, .max = 1000, .min_allowed = false};
+constexpr NumberRule kTimeLimit{.min = .001, .max = 86400};
+constexpr NumberRule kAngle{.min = -1000, .max = 1000};
+constexpr NumberRule kAcceleration{.min = 0, .max = 1e6, .min_allowed = false};
+constexpr int kStateDim = 6;
+
+sim::CartPendulumState about(double target_rad, sim::CartPendulumState state) {
+  state.phi1 -= target_rad;
+  state.phi2 -= target_rad;
+  return state;
+}
+
+/// Mean over time of what is seen at the output steps, by the trapezoidal rule.
+class TimeMean {
+ public:
+  void see(double time_s, double value) {
+    if (is_first_)
+      start_s_ = time_s;
+    else
+      integral_ += (time_s - last_s_) * (value + last_value_) / 2;
+    is_first_ = false;
+    last_s_ = time_s;
+    last_value_ = value;
+  }
+  double mean() const {
+    return last_s_ > start_s_ ? integral_ / (last_s_ - start_s_) : last_value_;
+  }
+
+ private:
+  bool is_first_ = true;
+  double start_s_ = 0, last_s_ = 0, last_value_ = 0, integral_ = 0;
+};
+
+}  // namespace
+
+HoldTask::HoldTask(SettingsReader& settings)
+    : target_rad_(settings.choice("target", {"hanging", "upright"}, "hanging") == "upright"
+                      ? 0
+                      : -std::numbers::pi),
+      start_{.phi1 = target_rad_ + settings.number("start_phi1", kAngle, .3),
+             .phi2 = target_rad_ + settings.number("start_phi2", kAngle, -.2)},
+      duration_s_(settings.number("duration_s", kDuration, 5)),
+      alpha_(settings.number("alpha", kPositive, 10)),
+      acceleration_max_mps2_(settings.number("acceleration_max_mps2", kAcceleration, 20)),
+      time_limit_s_(settings.number("time_limit_s", kTimeLimit, 10)),
+      plant_(sim::read_plant_settings(settings), read_plant_variation(settings)) {}
+
+TaskDescription HoldTask::description() const {
+  return {.input_dim = kStateDim,
+          .output_dim = 1,
+          .reward_min = 0,
+          .reward_max = 1,
+          .time_limit_s = time_limit_s_,
+          .deterministic = plant_.deterministic()};
+}
+
+Evaluation HoldTask::evaluate(const Gmm& policy, std::uint64_t seed) {
+  CHECK(policy.input_dim() == kStateDim && policy.output_dim() == 1,
+        "a policy from the state to the acceleration of the cart");
+  const Gmr gmr(policy);
+  Eigen::VectorXd input(kStateDim);
+  const auto feedback = [&](double, const sim::CartPendulumState& state) {
+    const sim::CartPendulumState x = about(target_rad_, state);
+    input << x.phi1, x.phi2, x.y, x.phi1_rate, x.phi2_rate, x.y_rate;
+    // A state on its way to diverging may not be finite between two steps; no regression is.
+    if (!input.allFinite()) return 0.;
+    return std::clamp(gmr.regress(input)[0], -acceleration_max_mps2_, acceleration_max_mps2_);
+  };
+  return plant_.evaluate(
+      seed, start_, [&](sim::CartPendulumPlant& plant, const sim::CartPendulumState& start) {
+        TimeMean cost;
+        const auto end =
+            plant.simulate(start, duration_s_, feedback,
+                           [&](double time_s, const sim::CartPendulumState& state, double) {
+                             cost.see(time_s, swing_up_cost(about(target_rad_, state)));
+                             return true;
+                           });
+        if (!end) return Evaluation{.reward = 0, .status = RolloutStatus::kDiverged};
+        return Evaluation{.reward = elementary::exp(-alpha_ * cost.mean())};
+      });
+}
+
+}  // namespace treeroll

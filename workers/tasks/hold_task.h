@@ -1,0 +1,40 @@
+#pragma once
+
+#include "workers/tasks/plant_variation.h"
+#include "workers/tasks/task.h"
+
+namespace treeroll {
+
+/// Holding the double pendulum at rest by feedback: the policy gives the acceleration of the cart
+/// in m/s^2 for the state (closed loop), six inputs in this order, in rad, m and s:
+///   phi1 - target, phi2 - target, y, phi1_rate, phi2_rate, y_rate
+/// The reward is exp(-alpha times the mean over time of c), c the cost (4-6) about the target.
+/// Hanging, friction alone damps it slowly; upright, it falls without the right feedback.
+///
+/// Settings, beside those of the plant (sim/plant_settings.h) and `variation` (plant_variation.h):
+///   target = "hanging"             # phi1 = phi2 = -pi; or "upright": 0
+///   start_phi1 = .3                # rad from the target, at rest
+///   start_phi2 = -.2
+///   duration_s = 5                 # simulated time
+///   alpha = 10
+///   acceleration_max_mps2 = 20     # what the cart can do: outputs are cut to it
+///   time_limit_s = 10
+class HoldTask : public Task {
+ public:
+  /// Throws ConfigError.
+  explicit HoldTask(SettingsReader& settings);
+
+  TaskDescription description() const override;
+  Evaluation evaluate(const Gmm& policy, std::uint64_t seed) override;
+
+ private:
+  double target_rad_;
+  sim::CartPendulumState start_;
+  double duration_s_;
+  double alpha_;
+  double acceleration_max_mps2_;
+  double time_limit_s_;
+  VariedPlant plant_;
+};
+
+}  // namespace treeroll

@@ -1,0 +1,55 @@
+#include "workers/tasks/trajectory_task.h"
+
+#include <array>
+#include <utility>
+
+#include "common/base/settings_reader.h"
+#include "common/policy/gmr.h"
+#include "common/policy/mixture_settings.h"
+
+namespace treeroll {
+namespace {
+
+constexpr NumberRule kDuration{.min = 0, .max = 1e6, .min_allowed = false};
+constexpr NumberRule kTimeLimit{.min = .001, .max = 86400};
+constexpr std::int64_t kSamplesMax = 100'000;
+
+GoalTrajectory read_goal(SettingsReader& settings) {
+  const double duration_s = settings.number("duration_s", kDuration, 2);
+  const auto num_samples = static_cast<int>(settings.integer("samples", 1, kSamplesMax, 100));
+  SettingsReader table = settings.table("goal");
+  const Gmm mixture = read_mixture(table, std::array{0., duration_s});
+  if (mixture.input_dim() != 1) table.refuse("inputs", "must be 1: a trajectory is over time");
+  table.finish();
+  const Gmr gmr(mixture);
+  GoalTrajectory goal{.times_s = sample_times(duration_s, num_samples),
+                      .outputs = Eigen::MatrixXd(mixture.output_dim(), num_samples)};
+  for (int i = 0; i < num_samples; ++i) {
+    const Eigen::VectorXd time_s =
+        Eigen::VectorXd::Constant(1, goal.times_s[static_cast<std::size_t>(i)]);
+    goal.outputs.col(i) = gmr.regress(time_s);
+  }
+  return goal;
+}
+
+}  // namespace
+
+TrajectoryTask::TrajectoryTask(SettingsReader& settings)
+    : alpha_(settings.number("alpha", kPositive, 20)),
+      time_limit_s_(settings.number("time_limit_s", kTimeLimit, 10)),
+      goal_(read_goal(settings)) {}
+
+TaskDescription TrajectoryTask::description() const {
+  return {.input_dim = 1,
+          .output_dim = static_cast<int>(goal_.outputs.rows()),
+          .reward_min = 0,
+          .reward_max = 1,
+          .time_limit_s = time_limit_s_,
+          .deterministic = true};
+}
+
+Evaluation TrajectoryTask::evaluate(const Gmm& policy, std::uint64_t /*seed*/) {
+  return {.reward = trajectory_reward(goal_, alpha_, policy)};
+}
+
+}  // namespace treeroll
