@@ -139,11 +139,12 @@ void SimulatedLearner::note_answered(protocol::RolloutKey key) {
   answered_.insert(key);
   if (key.number < 0) return;
   int& applied = num_applied_[static_cast<std::size_t>(key.run)];
-  if (!scenario_.study.in_sequence) {
+  const auto apply = [&](int number) {
     ++applied;
-  } else {
-    while (answered_.contains({key.run, applied})) ++applied;
-  }
+    num_failed_ += task_.status({key.run, number}) == RolloutStatus::kOk ? 0 : 1;
+  };
+  if (!scenario_.study.in_sequence) return apply(key.number);
+  while (answered_.contains({key.run, applied})) apply(applied);
 }
 
 void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
@@ -187,6 +188,7 @@ void SimulatedLearner::check_counters() {
                     "issued is not applied and pending");
   observer_.require(counters.pending >= 0 && counters.pending <= num_in_flight(scenario_),
                     "more is pending than may be in flight");
+  observer_.require(counters.failed == num_failed_, "failed results are not those applied");
   observer_.require(counters.rejected == 0 && counters.conflicting == 0,
                     "a sound worker's answer is rejected");
   observer_.num_reissued += counters.reissued - std::exchange(num_reissued_, counters.reissued);

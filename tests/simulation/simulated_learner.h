@@ -77,6 +77,7 @@ class SimulatedLearner : public Node {
   bool sync_is_due_ = false;
   std::int64_t last_sequence_ = 0;
   std::int64_t num_reissued_ = 0;
+  std::int64_t num_failed_ = 0;  ///< applied and failed, as the journal has them
   std::map<protocol::RolloutKey, Expected> expected_;
   std::set<protocol::RolloutKey> answered_;
   std::set<protocol::RolloutKey> synced_;

@@ -223,6 +223,13 @@ void Simulation::check_outcome() {
                       "a roll-out has no result");
     observer_.require(run.final_reward.has_value(), "a run has no final evaluation");
     observer_.require(run.switches.size() == 1, "a run has not switched its layer");
+    if (run.repetition == 0) continue;
+    const std::vector<RolloutRecord>& others =
+        records[static_cast<std::size_t>(run.run - run.repetition)].rollouts;
+    observer_.require(
+        !std::equal(run.rollouts.begin(), run.rollouts.end(), others.begin(), others.end(),
+                    [](const auto& a, const auto& b) { return a.reward == b.reward; }),
+        "two repetitions draw the same");
   }
   const auto compare = [&](const std::vector<RunRecord>& others, const char* rule) {
     for (std::size_t i = 0; i < records.size(); ++i) {
