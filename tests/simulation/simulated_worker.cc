@@ -122,7 +122,12 @@ void SimulatedWorker::perform(const worker::SendMessage& effect) {
   protocol::Message message = effect.message;
   if (auto* status = std::get_if<protocol::WorkerStatus>(&message)) {
     status->receive_buffer_bytes = kReceiveBufferBytes;
-    observer_.require(status->free_slots >= 0, "a worker holds more than it has room for");
+    std::size_t num_held = 0;
+    for (const protocol::HeldRollouts& held : status->held) num_held += held.keys.size();
+    const int capacity = settings_.num_evaluators * settings_.held_per_evaluator_max;
+    observer_.require(
+        status->free_slots >= 0 && status->free_slots + static_cast<int>(num_held) <= capacity,
+        "a worker says it has room that it has not");
   } else if (const auto* batch = std::get_if<protocol::RewardBatch>(&message)) {
     note_answers(*batch);
   }
