@@ -121,7 +121,8 @@ void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
   }
   if (!batch.results.empty()) {
     worker->answered = batch.first_index + static_cast<std::int64_t>(batch.results.size()) - 1;
-    // It repeats what it need not: our word was lost.
+    // It repeats what it need not: our word was lost, or an older batch came between.
+    if (!unsynced_) worker->acknowledged = worker->answered;
     worker->acknowledgement_due =
         worker->acknowledgement_due || worker->answered == worker->acknowledged;
   }
@@ -132,6 +133,7 @@ void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
 
 /// Only what will survive us may be forgotten by those who have it.
 void LearnerCore::on_synced(TimePoint now, LearnerEffects& effects) {
+  unsynced_ = false;
   for (auto& [id, worker] : workers_.all()) {
     if (worker.answered == worker.acknowledged) continue;
     worker.acknowledged = worker.answered;

@@ -154,6 +154,7 @@ class LearnerCore {
 
   std::int64_t last_batch_ = 0;  // sequence of the last message sent
   double rollout_time_s_ = 0;    // running mean over all answers
+  bool unsynced_ = false;        // something accepted may not be on stable storage
   int num_done_ = 0;
   std::int64_t num_rollouts_ = 0;     // of all runs
   std::optional<TimePoint> stop_at_;  // stopping, no later than this

@@ -48,6 +48,7 @@ void LearnerCore::accept(WorkerEntry& worker, const protocol::RolloutResult& res
   const AcceptedResult accepted{key, result.content, ok ? result.reward : 0, result.status,
                                 worker.id};
   effects.accepted.push_back(accepted);
+  unsynced_ = true;
   learn(accepted, numeric_class(worker.numeric_class), now, effects);
 }
 

@@ -383,6 +383,39 @@ TEST(LearnerCoreTest, StopsOnceWhatIsUnderWayIsInAndNoLaterThanItsGrace) {
   EXPECT_EQ(stuck.core->outcome(), LearnerCore::Outcome::kStopped);
 }
 
+TEST(LearnerCoreTest, AcknowledgesARepetitionThoughAnOlderBatchCameBeforeTheDiskWasDone) {
+  const Study study = small_study(10, 2);
+  LearnerSettings settings;
+  settings.learner_id = Cluster::kLearner;
+  settings.batch_bytes_max = 60000;
+  settings.known_tasks[study.conditions[0].task_content] = TaskFacts{1, 1, 0, 1, 10, true};
+  LearnerCore core(study, settings);
+  FakeWorker worker(1, milliseconds(1));
+  LearnerEffects effects;
+  const auto give = [&](const protocol::Message& message) {
+    core.step(TimePoint{}, learner_event::Received{&message}, effects);
+    core.step(TimePoint{}, learner_event::InboxDrained{}, effects);
+  };
+  core.step(TimePoint{}, learner_event::Started{}, effects);
+  give(worker.status(Cluster::kLearner));
+  for (const protocol::Message& message : std::vector(effects.send)) {
+    worker.receive(message, TimePoint{});
+  }
+  const protocol::RewardBatch one = worker.finish(Cluster::kLearner, TimePoint{});
+  const protocol::RewardBatch both = worker.finish(Cluster::kLearner, TimePoint{});
+  ASSERT_EQ(both.results.size(), 2U);
+  give(both);
+  give(one);  // overtaken on its way
+  core.step(TimePoint{}, learner_event::Synced{}, effects);
+  effects = {};
+  give(both);
+  ASSERT_FALSE(effects.send.empty());
+  const auto* batch = std::get_if<protocol::RolloutBatch>(&effects.send.back());
+  ASSERT_NE(batch, nullptr);
+  ASSERT_EQ(batch->acknowledgements.size(), 1U);
+  EXPECT_EQ(batch->acknowledgements[0].result_index, 2);
+}
+
 TEST(LearnerCoreTest, PublishesADefinitionAgainForAWorkerThatLacksIt) {
   Cluster cluster(small_study(20, 1));
   cluster.start();  // both definitions go out before any worker is there

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "common/protocol/messages.h"
+#include "tests/simulation/dice.h"
+#include "tests/simulation/node.h"
+#include "tests/simulation/observer.h"
+#include "tests/simulation/scenario.h"
+
+namespace treeroll::simulation {
+
+/// Carries messages between the learner and the worker slots, or does not. A worker hears all that
+/// the learner says; what a worker says is for the learner alone.
+class Network {
+ public:
+  enum class Direction { kToWorker, kToLearner };
+  using Deliver = std::function<void(int slot, Direction, Node::MessagePointer)>;
+
+  Network(const Scenario& scenario, Schedule& schedule, Observer& observer, Deliver deliver);
+
+  void send(int slot, Direction direction, const Node::MessagePointer& message);
+  /// Nothing passes to or from this slot until `end`.
+  void cut(int slot, TimePoint end);
+  /// Proves that the message can be sent: through the codec and back to the same value.
+  void check_encoding(const protocol::Message& message);
+
+ private:
+  bool is_lost(int slot, const protocol::Message& message);
+  void carry(int slot, Direction direction, const Node::MessagePointer& message);
+  void check_truncated(const protocol::Message& message);
+
+  const Scenario& scenario_;
+  Schedule& schedule_;
+  Observer& observer_;
+  Deliver deliver_;
+  Dice dice_;
+  std::map<int, TimePoint> cut_until_;
+  std::map<std::pair<int, Direction>, TimePoint> last_arrival_;
+};
+
+}  // namespace treeroll::simulation

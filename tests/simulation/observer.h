@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "common/base/time.h"
+#include "common/protocol/messages.h"
+#include "tests/simulation/schedule.h"
+
+namespace treeroll::simulation {
+
+/// What a simulation has seen: how often each fault fired, and the first broken invariant.
+class Observer {
+ public:
+  explicit Observer(const Schedule& schedule) : schedule_(schedule) {}
+
+  void count(const std::string& fault, std::int64_t times = 1) { faults_[fault] += times; }
+  const std::map<std::string, std::int64_t>& faults() const { return faults_; }
+
+  /// Notes the broken rule unless one is broken already.
+  void require(bool holds, const std::string& rule) {
+    if (holds || broken()) return;
+    violation_ =
+        "after " + std::to_string(to_seconds(schedule_.now() - TimePoint{})) + " s: " + rule;
+  }
+  bool broken() const { return !violation_.empty(); }
+  const std::string& violation() const { return violation_; }
+
+  std::int64_t num_simulations = 0;  ///< begun by an evaluator
+  std::int64_t num_reissued = 0;
+  /// Which question each answer of a worker to a learner was for, by its index, until acknowledged.
+  std::map<std::pair<protocol::WorkerId, protocol::LearnerId>,
+           std::map<std::int64_t, protocol::RolloutKey>>
+      answers;
+
+ private:
+  const Schedule& schedule_;
+  std::map<std::string, std::int64_t> faults_;
+  std::string violation_;
+};
+
+}  // namespace treeroll::simulation

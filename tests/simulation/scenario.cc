@@ -1,0 +1,170 @@
+#include "tests/simulation/scenario.h"
+
+#include <algorithm>
+#include <array>
+
+#include "tests/explore/trees.h"
+#include "tests/simulation/dice.h"
+
+namespace treeroll::simulation {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+enum Purpose : std::uint32_t { kStudyDice = 1, kFaultDice = 2 };
+
+/// A tree of two layers whose first is left as soon as it may be.
+Condition quick_condition(Dice& dice, int index) {
+  Condition condition{"condition" + std::to_string(index), kTaskContent, two_layer_tree(),
+                      ThetaLayout::kMeans, settings_for_means()};
+  ExplorationSettings& exploration = condition.exploration;
+  exploration.num_rollouts = dice.between(14, 30);
+  exploration.first_update = dice.between(2, 4);
+  exploration.best_considered = dice.between(1, exploration.first_update);
+  exploration.convergence_window = dice.between(3, 6);
+  exploration.convergence_slope = 100;
+  exploration.last_layer = 2;
+  return condition;
+}
+
+Study drawn_study(std::uint64_t seed, Dice& dice) {
+  Study study;
+  study.name = "simulated";
+  study.seed = seed;
+  study.repetitions = dice.between(1, 3);
+  study.in_sequence = dice.chance(.6);
+  const int in_flight = dice.between(1, 4);
+  const int num_conditions = study.repetitions == 1 ? 2 : dice.between(1, 2);
+  for (int i = 0; i < num_conditions; ++i) {
+    study.conditions.push_back(quick_condition(dice, i));
+    study.conditions.back().exploration.in_flight = in_flight;
+  }
+  return study;
+}
+
+/// How long the work takes without faults, roughly.
+Duration expected_length(const Scenario& scenario) {
+  int longest = 0;
+  for (const Condition& condition : scenario.study.conditions) {
+    longest = std::max(longest, condition.exploration.num_rollouts);
+  }
+  int evaluators = 0;
+  for (const WorkerPlan& worker : scenario.workers) evaluators += worker.num_evaluators;
+  const int in_a_row = std::max(longest, num_rollouts(scenario) / std::max(1, evaluators));
+  const Duration each = (scenario.task.duration_min + scenario.task.duration_max) / 2 +
+                        scenario.network.delay_min + scenario.network.delay_max;
+  return std::max<Duration>(milliseconds(100), in_a_row * each);
+}
+
+void draw_task_faults(Dice& dice, TaskBehaviour& task) {
+  if (dice.chance(.3)) task.crashing = .04;
+  if (dice.chance(.2)) task.hanging = .03;
+  if (dice.chance(.3)) task.diverging = .1;
+  if (dice.chance(.3)) task.flaky = .06;
+}
+
+void draw_network_faults(Dice& dice, NetworkFaults& network) {
+  if (dice.chance(.7)) network.loss = dice.chance(.5) ? .1 : dice.between(.01, .4);
+  if (dice.chance(.5)) network.duplication = dice.between(.02, .3);
+  if (dice.chance(.3)) network.truncation = .02;
+  if (dice.chance(.4)) network.straggling = dice.between(.01, .1);
+  network.reorders = dice.chance(.6);
+  if (dice.chance(.3)) network.delay_max = milliseconds(dice.between(1, 60));
+}
+
+void draw_incidents(Dice& dice, Scenario& scenario, Duration length) {
+  using Kind = Incident::Kind;
+  struct Habit {
+    Kind kind;
+    double probability;
+    int count_max;
+    Duration length_max;
+  };
+  const std::array<Habit, 8> habits = {{{Kind::kWorkerCrash, .5, 3, seconds(4)},
+                                        {Kind::kWorkerDrain, .3, 2, seconds(1)},
+                                        {Kind::kWorkerStop, .3, 2, seconds(5)},
+                                        {Kind::kPartition, .4, 3, seconds(6)},
+                                        {Kind::kEvaluatorsKilled, .4, 4, Duration{}},
+                                        {Kind::kLearnerCrash, .5, 4, seconds(3)},
+                                        {Kind::kLearnerExit, .25, 2, seconds(2)},
+                                        {Kind::kLearnerStop, .2, 1, seconds(5)}}};
+  for (const Habit& habit : habits) {
+    if (!dice.chance(habit.probability)) continue;
+    const int count = dice.between(1, habit.count_max);
+    for (int i = 0; i < count; ++i) {
+      Incident incident{.kind = habit.kind, .time = {}, .length = {}};
+      incident.time = TimePoint(dice.between(Duration{}, 2 * length));
+      const Duration length_max = dice.chance(.5)
+                                      ? std::min<Duration>(habit.length_max, milliseconds(100))
+                                      : habit.length_max;
+      incident.length = dice.between(Duration{}, length_max);
+      incident.slot = dice.between(0, static_cast<int>(scenario.workers.size()) - 1);
+      scenario.incidents.push_back(incident);
+    }
+  }
+}
+
+}  // namespace
+
+Scenario calm_scenario(std::uint64_t seed) {
+  Dice dice(seed, kStudyDice);
+  Scenario scenario;
+  scenario.seed = seed;
+  scenario.study = drawn_study(seed, dice);
+  scenario.knows_task = dice.chance(.5);
+  scenario.batch_bytes_max = dice.chance(.5) ? 1400 : 60000;
+  if (dice.chance(.7)) {
+    scenario.task.duration_min = milliseconds(dice.between(1, 60));
+    scenario.task.duration_max = 2 * scenario.task.duration_min;
+  }
+  scenario.network.delay_min = microseconds(dice.between(20, 500));
+  scenario.network.delay_max = 3 * scenario.network.delay_min;
+  const int num_workers = dice.between(1, 4);
+  for (int i = 0; i < num_workers; ++i) {
+    scenario.workers.push_back({TimePoint{}, dice.chance(.3) ? 16 : dice.between(1, 4)});
+  }
+  scenario.reading_delay = microseconds(dice.between(0, 300));
+  scenario.sync_delay = dice.chance(.3) ? Duration{} : microseconds(dice.between(100, 8000));
+  scenario.load_time = microseconds(dice.between(50, 2000));
+  return scenario;
+}
+
+Scenario scenario_of(std::uint64_t seed) {
+  Scenario scenario = calm_scenario(seed);
+  Dice dice(seed, kFaultDice);
+  draw_task_faults(dice, scenario.task);
+  draw_network_faults(dice, scenario.network);
+  const Duration length = expected_length(scenario);
+  if (dice.chance(.4)) {
+    for (WorkerPlan& worker : scenario.workers) {
+      if (dice.chance(.5)) worker.joins = TimePoint(dice.between(Duration{}, length));
+    }
+  }
+  if (dice.chance(.2)) scenario.load_time = milliseconds(dice.between(2, 100));
+  draw_incidents(dice, scenario, length);
+  scenario.faults_end = TimePoint(3 * length);
+  for (const Incident& incident : scenario.incidents) {
+    scenario.faults_end = std::max(scenario.faults_end, incident.time + incident.length);
+  }
+  return scenario;
+}
+
+int num_rollouts(const Scenario& scenario) {
+  int sum = 0;
+  for (const Condition& condition : scenario.study.conditions) {
+    sum += condition.exploration.num_rollouts * scenario.study.repetitions;
+  }
+  return sum;
+}
+
+int num_in_flight(const Scenario& scenario) {
+  int sum = 0;
+  for (const Condition& condition : scenario.study.conditions) {
+    sum += condition.exploration.in_flight * scenario.study.repetitions;
+  }
+  return sum;
+}
+
+}  // namespace treeroll::simulation

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "common/base/time.h"
+#include "learner/core/study.h"
+#include "tests/simulation/virtual_task.h"
+
+namespace treeroll::simulation {
+
+/// What may befall a message from one process to another.
+struct NetworkFaults {
+  double loss = 0;
+  double duplication = 0;
+  double truncation = 0;
+  Duration delay_min{};
+  Duration delay_max{};
+  double straggling = 0;  ///< this share takes up to kStragglerDelay
+  bool reorders = false;  ///< else a link keeps the order
+};
+inline constexpr Duration kStragglerDelay = std::chrono::milliseconds(300);
+
+/// Something that befalls one worker slot, or the learner, at a time.
+struct Incident {
+  enum class Kind {
+    kWorkerCrash,       ///< SIGKILL of the daemon: all it knew is gone; back after `length`
+    kWorkerDrain,       ///< SIGTERM; once gone it is back after `length`
+    kWorkerStop,        ///< SIGSTOP for `length`
+    kPartition,         ///< the worker and the learner do not hear each other for `length`
+    kEvaluatorsKilled,  ///< SIGKILL of every evaluator of the worker
+    kLearnerCrash,      ///< at its next effect; back after `length` from its journal
+    kLearnerExit,       ///< SIGTERM; once gone it is back after `length`
+    kLearnerStop,       ///< SIGSTOP for `length`
+  };
+  Kind kind = Kind::kWorkerCrash;
+  TimePoint time;
+  Duration length{};
+  int slot = 0;  ///< of the worker
+};
+
+struct WorkerPlan {
+  TimePoint joins;
+  int num_evaluators = 1;
+};
+
+/// All that a seed means. Faults of the network and incidents end at `faults_end`.
+struct Scenario {
+  std::uint64_t seed = 0;
+  Study study;
+  bool knows_task = true;  ///< else the first worker's description decides
+  std::size_t batch_bytes_max = 60000;
+  TaskBehaviour task;
+  NetworkFaults network;
+  std::vector<WorkerPlan> workers;
+  std::vector<Incident> incidents;
+  Duration reading_delay{};  ///< from a message's arrival to the process that reads it
+  Duration sync_delay{};     ///< from the journal's write to its fdatasync
+  Duration load_time{};      ///< of a definition into an evaluator
+  TimePoint faults_end;
+};
+
+/// Runs with a switch of layers, workers and a task without faults, all small; in both orders, one
+/// to four in flight.
+Scenario calm_scenario(std::uint64_t seed);
+/// The same with a mix of faults.
+Scenario scenario_of(std::uint64_t seed);
+
+int num_rollouts(const Scenario& scenario);
+int num_in_flight(const Scenario& scenario);
+
+}  // namespace treeroll::simulation

@@ -1,0 +1,246 @@
+#include "tests/simulation/simulated_worker.h"
+
+#include <utility>
+#include <variant>
+
+#include "common/base/check.h"
+#include "common/policy/policy.h"
+
+namespace treeroll::simulation {
+namespace {
+
+using std::chrono::microseconds;
+
+constexpr Duration kStartTime = std::chrono::milliseconds(3);
+constexpr Duration kPipeDelay = microseconds(20);
+constexpr std::uint32_t kWorkerDice = 100;
+constexpr int kSigkill = 9;
+constexpr int kSigsegv = 11;
+constexpr int kReceiveBufferBytes = 4 << 20;
+
+worker::WorkerSettings settings_of(const Scenario& scenario, Dice& dice, int slot) {
+  worker::WorkerSettings settings;
+  settings.worker_id = dice.id();
+  settings.host = "host" + std::to_string(slot);
+  settings.pid = slot + 1;
+  settings.version = "simulated";
+  settings.numeric_class = "class";
+  settings.num_evaluators = scenario.workers[static_cast<std::size_t>(slot)].num_evaluators;
+  settings.batch_bytes_max = scenario.batch_bytes_max;
+  return settings;
+}
+
+worker::DefinitionFacts facts_of(worker::DefinitionKind kind, const std::string& content) {
+  worker::DefinitionFacts facts{.input_dim = 1, .output_dim = 1, .time_limit = kTaskTimeLimit};
+  if (kind == worker::DefinitionKind::kTask) return facts;
+  // The same few policies come again and again, and reading one takes longer than all the rest.
+  static std::map<std::string, int> theta_dims;
+  const auto known = theta_dims.find(content);
+  if (known != theta_dims.end()) {
+    facts.theta_dim = known->second;
+    return facts;
+  }
+  const Result<Policy> policy = policy_from_json(content);
+  CHECK(policy, "the learner publishes a policy that cannot be read");
+  facts.theta_dim = policy->theta_dim();
+  if (theta_dims.size() > 1000) theta_dims.clear();
+  theta_dims.emplace(content, facts.theta_dim);
+  return facts;
+}
+
+}  // namespace
+
+SimulatedWorker::SimulatedWorker(const Scenario& scenario, Schedule& schedule, Observer& observer,
+                                 int slot, int generation, Surroundings surroundings)
+    : Node(schedule, scenario.reading_delay),
+      scenario_(scenario),
+      observer_(observer),
+      surroundings_(std::move(surroundings)),
+      dice_(scenario.seed, kWorkerDice + static_cast<std::uint32_t>(slot),
+            static_cast<std::uint32_t>(generation)),
+      settings_(settings_of(scenario, dice_, slot)),
+      core_(settings_),
+      task_(scenario.seed, scenario.task),
+      evaluators_(static_cast<std::size_t>(settings_.num_evaluators)) {}
+
+void SimulatedWorker::drain() {
+  if (draining_) return;
+  draining_ = true;
+  later(Duration{}, [this] { step(worker::DrainRequested{}); });
+}
+
+void SimulatedWorker::kill_evaluators() {
+  for (int i = 0; i < settings_.num_evaluators; ++i) {
+    if (!evaluators_[static_cast<std::size_t>(i)].up) continue;
+    observer_.count("evaluators killed");
+    die(i, kPipeDelay, worker::Death::kForeignSignal, kSigkill);
+  }
+}
+
+void SimulatedWorker::on_inbox(std::vector<MessagePointer> messages) {
+  for (const MessagePointer& message : messages) take(worker::MessageReceived{*message});
+  step(worker::InboxDrained{});
+}
+
+void SimulatedWorker::on_timer() { step(worker::TimerFired{}); }
+
+void SimulatedWorker::step(const worker::Event& event) {
+  take(event);
+  if (!std::holds_alternative<worker::InboxDrained>(event)) take(worker::InboxDrained{});
+  const TimePoint deadline = core_.next_deadline();
+  if (deadline != TimePoint::max()) wake_at(deadline);
+}
+
+void SimulatedWorker::take(const worker::Event& event) {
+  worker::Effects effects;
+  core_.step(schedule_.now(), event, effects);
+  for (const worker::Effect& effect : effects) {
+    std::visit([this](const auto& what) { perform(what); }, effect);
+  }
+}
+
+void SimulatedWorker::from_evaluator(int index, Duration delay,
+                                     const std::function<worker::Event(Evaluator&)>& what) {
+  const std::int64_t incarnation = evaluators_[static_cast<std::size_t>(index)].incarnation;
+  later(delay, [this, index, incarnation, what] {
+    Evaluator& evaluator = evaluators_[static_cast<std::size_t>(index)];
+    if (!evaluator.up || evaluator.incarnation != incarnation) return;
+    step(what(evaluator));
+  });
+}
+
+void SimulatedWorker::die(int index, Duration delay, worker::Death death, int code) {
+  from_evaluator(index, delay, [index, death, code](Evaluator& evaluator) {
+    const std::int64_t incarnation = evaluator.incarnation;
+    evaluator = {};
+    evaluator.incarnation = incarnation + 1;
+    return worker::EvaluatorDied{index, death, code};
+  });
+}
+
+void SimulatedWorker::perform(const worker::SendMessage& effect) {
+  protocol::Message message = effect.message;
+  if (auto* status = std::get_if<protocol::WorkerStatus>(&message)) {
+    status->receive_buffer_bytes = kReceiveBufferBytes;
+    std::size_t num_held = 0;
+    for (const protocol::HeldRollouts& held : status->held) num_held += held.keys.size();
+    const int capacity = settings_.num_evaluators * settings_.held_per_evaluator_max;
+    observer_.require(
+        status->free_slots >= 0 && status->free_slots + static_cast<int>(num_held) <= capacity,
+        "a worker says it has room that it has not");
+  } else if (const auto* batch = std::get_if<protocol::RewardBatch>(&message)) {
+    note_answers(*batch);
+  }
+  surroundings_.send(std::make_shared<const protocol::Message>(std::move(message)));
+}
+
+void SimulatedWorker::note_answers(const protocol::RewardBatch& batch) {
+  auto& answers = observer_.answers[{settings_.worker_id, batch.learner_id}];
+  for (std::size_t i = 0; i < batch.results.size(); ++i) {
+    const std::int64_t index = batch.first_index + static_cast<std::int64_t>(i);
+    const auto [place, is_new] = answers.emplace(index, batch.results[i].key);
+    observer_.require(is_new || place->second == batch.results[i].key,
+                      "a worker gives one index to two answers");
+  }
+  observer_.require(batch.free_slots >= 0, "a worker holds more than it has room for");
+}
+
+void SimulatedWorker::perform(const worker::StartEvaluator& effect) {
+  Evaluator& evaluator = evaluators_[static_cast<std::size_t>(effect.evaluator)];
+  observer_.require(!evaluator.up, "an evaluator is started twice");
+  evaluator.up = true;
+  from_evaluator(effect.evaluator, kStartTime, [index = effect.evaluator](Evaluator& self) {
+    self.ready = true;
+    return worker::EvaluatorReady{index};
+  });
+}
+
+void SimulatedWorker::perform(const worker::KillEvaluator& effect) {
+  die(effect.evaluator, kPipeDelay, worker::Death::kForeignSignal, kSigkill);
+}
+
+void SimulatedWorker::begin(Evaluator& evaluator, std::int64_t job) {
+  observer_.require(evaluator.up && evaluator.ready && evaluator.job == 0,
+                    "work for an evaluator that is not idle");
+  evaluator.job = job;
+  evaluator.since = schedule_.now();
+  evaluator.cpu_time_max = Duration::max();
+}
+
+void SimulatedWorker::perform(const worker::LoadDefinition& effect) {
+  Evaluator& evaluator = evaluators_[static_cast<std::size_t>(effect.evaluator)];
+  begin(evaluator, effect.job);
+  evaluator.cpu_time_max = scenario_.load_time;
+  from_evaluator(effect.evaluator, scenario_.load_time, [effect](Evaluator& self) {
+    self.job = 0;
+    self.known.insert(effect.name);
+    return worker::DefinitionLoaded{
+        .evaluator = effect.evaluator,
+        .name = effect.name,
+        .accepted = true,
+        .text = effect.name.kind == worker::DefinitionKind::kTask ? kTaskDescription : "",
+        .facts = facts_of(effect.name.kind, effect.content)};
+  });
+}
+
+void SimulatedWorker::perform(const worker::ForgetDefinition& effect) {
+  const std::size_t num_erased =
+      evaluators_[static_cast<std::size_t>(effect.evaluator)].known.erase(effect.name);
+  observer_.require(num_erased == 1, "an evaluator is to forget what it does not know");
+}
+
+void SimulatedWorker::perform(const worker::RunRollout& effect) {
+  const int index = effect.evaluator;
+  Evaluator& evaluator = evaluators_[static_cast<std::size_t>(index)];
+  const protocol::RolloutRequest& request = effect.request;
+  observer_.require(
+      evaluator.known.contains({worker::DefinitionKind::kTask, request.task_id}) &&
+          evaluator.known.contains({worker::DefinitionKind::kPolicy, request.policy_id}),
+      "a roll-out for an evaluator that lacks a definition");
+  begin(evaluator, effect.job);
+  ++observer_.num_simulations;
+
+  const Duration duration = dice_.between(scenario_.task.duration_min, scenario_.task.duration_max);
+  const Fate fate = task_.fate(request.key);
+  const bool crashes =
+      fate == Fate::kCrashes || (fate == Fate::kFlaky && num_flaky_deaths_[request.key] < 2);
+  if (crashes) {
+    ++num_flaky_deaths_[request.key];
+    observer_.count("evaluators crashed");
+    die(index, duration, worker::Death::kFatalSignal, kSigsegv);
+    return;
+  }
+  if (fate == Fate::kHangs) {
+    observer_.count("evaluators hung");
+    if (request.key.number % 2 == 0) evaluator.cpu_time_max = duration;  // blocked, not busy
+    return;
+  }
+  evaluator.cpu_time_max = duration;
+  const RolloutStatus status = task_.status(request.key);
+  if (status == RolloutStatus::kDiverged) observer_.count("roll-outs diverged");
+  from_evaluator(index, duration,
+                 [index, job = effect.job, duration, status,
+                  reward = task_.reward(request.key, request.theta)](Evaluator& self) {
+                   self.job = 0;
+                   return worker::RolloutEvaluated{.evaluator = index,
+                                                   .job = job,
+                                                   .reward = reward,
+                                                   .status = status,
+                                                   .duration_ns = duration.count()};
+                 });
+}
+
+void SimulatedWorker::perform(const worker::AskCpuTime& effect) {
+  from_evaluator(effect.evaluator, kPipeDelay, [this, effect](Evaluator& self) {
+    const Duration elapsed = schedule_.now() - self.since;
+    return worker::CpuTimeMeasured{effect.evaluator, effect.job,
+                                   std::min(elapsed, self.cpu_time_max)};
+  });
+}
+
+void SimulatedWorker::perform(const worker::Exit& effect) {
+  observer_.require(draining_ && effect.status == 0, "a worker leaves without being asked");
+  surroundings_.exited();
+}
+
+}  // namespace treeroll::simulation

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "tests/simulation/dice.h"
+#include "tests/simulation/node.h"
+#include "tests/simulation/observer.h"
+#include "tests/simulation/scenario.h"
+#include "workers/core/worker_core.h"
+
+namespace treeroll::simulation {
+
+/// One incarnation of a worker daemon: the shipped core, and evaluator processes that are virtual.
+class SimulatedWorker : public Node {
+ public:
+  struct Surroundings {
+    std::function<void(MessagePointer)> send;
+    std::function<void()> exited;
+  };
+
+  SimulatedWorker(const Scenario& scenario, Schedule& schedule, Observer& observer, int slot,
+                  int generation, Surroundings surroundings);
+
+  void start() { step(worker::Started{}); }
+  void drain();
+  void kill_evaluators();
+
+ private:
+  struct Evaluator {
+    bool up = false;
+    bool ready = false;
+    std::int64_t incarnation = 0;
+    std::int64_t job = 0;  ///< 0: idle
+    TimePoint since;
+    Duration cpu_time_max{};  ///< the job burns no more
+    std::set<worker::DefinitionName> known;
+  };
+
+  void on_inbox(std::vector<MessagePointer> messages) override;
+  void on_timer() override;
+
+  /// The event and the end of the round.
+  void step(const worker::Event& event);
+  void take(const worker::Event& event);
+  /// Later, unless the evaluator has died meanwhile.
+  void from_evaluator(int index, Duration delay,
+                      const std::function<worker::Event(Evaluator&)>& what);
+  void die(int index, Duration delay, worker::Death death, int code);
+
+  void perform(const worker::SendMessage& effect);
+  void perform(const worker::StartEvaluator& effect);
+  void perform(const worker::KillEvaluator& effect);
+  void perform(const worker::LoadDefinition& effect);
+  void perform(const worker::ForgetDefinition& effect);
+  void perform(const worker::RunRollout& effect);
+  void perform(const worker::AskCpuTime& effect);
+  void perform(const worker::WriteLog&) {}
+  void perform(const worker::Exit& effect);
+
+  void note_answers(const protocol::RewardBatch& batch);
+  void begin(Evaluator& evaluator, std::int64_t job);
+
+  const Scenario& scenario_;
+  Observer& observer_;
+  Surroundings surroundings_;
+  Dice dice_;
+  worker::WorkerSettings settings_;
+  worker::WorkerCore core_;
+  VirtualTask task_;
+  std::vector<Evaluator> evaluators_;
+  std::map<protocol::RolloutKey, int> num_flaky_deaths_;
+  bool draining_ = false;
+};
+
+}  // namespace treeroll::simulation
