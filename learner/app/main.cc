@@ -15,7 +15,6 @@
 namespace treeroll {
 namespace {
 
-
 int learner_main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("learner"));
   spdlog::set_pattern("%Y-%m-%d %H:%M:%S.%e learner[%P] %^%l%$: %v");
