@@ -12,6 +12,7 @@
 
 #include "common/base/settings_reader.h"
 #include "learner/app/setting_overlay.h"
+#include "learner/app/study_source.h"
 #include "learner/app/toml_source.h"
 
 namespace treeroll {
@@ -133,8 +134,10 @@ std::vector<Factor> read_axis(const json& axis, const std::string& path,
   if (!axis.is_object()) throw ConfigError(path, "", "must be a table");
   const bool has_options = axis.contains("options");
   for (const auto& [key, value] : axis.items()) {
+    if (key == "name" && value.is_string()) continue;  // for files that extend this one
     if (has_options ? key == "options" : key == "key" || key == "values") continue;
-    throw ConfigError(path + "." + key, "", "an axis has either key and values, or options");
+    throw ConfigError(path + "." + key, "",
+                      "an axis has either key and values, or options; and a name, or none");
   }
   if (!has_options) return read_values(axis, path, origins, keys);
   std::vector<Factor> factors;
@@ -237,7 +240,7 @@ StudyDocument::StudyDocument(const std::filesystem::path& file,
                              const std::vector<std::string>& overrides)
     : parts_(std::make_unique<Parts>()) {
   json document;
-  SettingOrigins origins = read_toml_file(file, document);
+  SettingOrigins origins = read_study_source(file, document);
   parts_->command_line = apply_overrides(overrides, document, origins);
   try {
     json base = json::object();
@@ -248,9 +251,9 @@ StudyDocument::StudyDocument(const std::filesystem::path& file,
         if (!value.is_object()) throw ConfigError(key, value.dump(), "must be a table");
         base[key] = value;
       } else if (key != "conditions" && key != "axes") {
-        throw ConfigError(
-            key, "",
-            fmt::format("unknown key; known here: {}, conditions, axes", fmt::join(kTables, ", ")));
+        throw ConfigError(key, "",
+                          fmt::format("unknown key; known here: extends, {}, conditions, axes",
+                                      fmt::join(kTables, ", ")));
       }
     }
     if (document.contains("conditions")) {

@@ -26,13 +26,16 @@ std::vector<std::string> names_of(const Study& study) {
 
 TEST(ShippedStudiesTest, Thesis43IsTable43) {
   const Study study = load_study(kStudies / "thesis_4_3.toml", {}).study;
-  EXPECT_THAT(names_of(study), ElementsAre("flat", "layer_1", "layer_2", "tree"));
+  EXPECT_THAT(names_of(study), ElementsAre("flat.ode", "flat.rk4", "layer_1.ode", "layer_1.rk4",
+                                           "layer_2.ode", "layer_2.rk4", "tree.ode", "tree.rk4",
+                                           "top_down_tree.ode", "top_down_tree.rk4"));
   EXPECT_EQ(study.repetitions, 30);
-  const int num_layers[] = {1, 2, 2, 2};
-  const int first_layer[] = {1, 1, 2, 1};
-  const int last_layer[] = {1, 1, 2, 2};
-  for (int i = 0; i < 4; ++i) {
-    const Condition& condition = study.conditions[i];
+  const int num_layers[] = {1, 2, 2, 2, 2};
+  const int first_layer[] = {1, 1, 2, 1, 1};
+  const int last_layer[] = {1, 1, 2, 2, 2};
+  for (int plant = 0; plant < 10; ++plant) {
+    const int i = plant / 2;
+    const Condition& condition = study.conditions[plant];
     EXPECT_EQ(condition.start.num_layers(), num_layers[i]) << condition.name;
     EXPECT_EQ(condition.start.finest().num_components(), 4) << condition.name;
     EXPECT_EQ(condition.layout, ThetaLayout::kMeansCholesky);
@@ -93,6 +96,40 @@ TEST(ShippedStudiesTest, Thesis41And42AreTables41And42) {
       EXPECT_EQ(e.first_layer, 1);
       EXPECT_EQ(e.last_layer, is_flat || is_layer_1 ? 1 : 2);
     }
+  }
+}
+
+// Tables 4-1 and 4-2: six values of each noise, the other one as it was found best or kept.
+TEST(ShippedStudiesTest, TheNoiseStudiesHaveTheGridsOfTables41And42) {
+  for (const std::string experiment : {"thesis_4_1", "thesis_4_2"}) {
+    const Study base = load_study(kStudies / (experiment + ".toml"), {}).study;
+    const Study minimum = load_study(kStudies / (experiment + "_minimum_noise.toml"), {}).study;
+    const Study initial = load_study(kStudies / (experiment + "_initial_noise.toml"), {}).study;
+    const double fractions[] = {1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2};
+    const double factors[] = {.1, .2, .5, 1, 2, 5};
+    ASSERT_EQ(minimum.conditions.size(), 6 * base.conditions.size());
+    ASSERT_EQ(initial.conditions.size(), 6 * base.conditions.size());
+    for (std::size_t i = 0; i < minimum.conditions.size(); ++i) {
+      ExplorationSettings expected = base.conditions[i / 6].exploration;
+      expected.initial_noise_factor = 1;
+      expected.minimum_noise_fraction = fractions[i % 6];
+      EXPECT_EQ(minimum.conditions[i].exploration, expected) << minimum.conditions[i].name;
+      EXPECT_TRUE(minimum.conditions[i].name.starts_with(base.conditions[i / 6].name));
+      expected.initial_noise_factor = factors[i % 6];
+      expected.minimum_noise_fraction = 1e-2;
+      EXPECT_EQ(initial.conditions[i].exploration, expected) << initial.conditions[i].name;
+    }
+  }
+}
+
+TEST(ShippedStudiesTest, TheReuseStudyDiffersInReuseAlone) {
+  const Study study = load_study(kStudies / "thesis_4_1_reuse.toml", {}).study;
+  ASSERT_EQ(study.conditions.size(), 4u * 6 * 2);
+  for (std::size_t i = 0; i < study.conditions.size(); i += 2) {
+    ExplorationSettings with = study.conditions[i].exploration;
+    EXPECT_TRUE(with.reuse);
+    with.reuse = false;
+    EXPECT_EQ(with, study.conditions[i + 1].exploration);
   }
 }
 

@@ -186,7 +186,7 @@ TEST(StudyDocumentTest, BadConditionsAreRefusedWithTheirLine) {
          "FILE:3: conditions[0].study.seed: only study.rollouts and study.in_flight may differ "
          "between the conditions of a study");
   EXPECT_THAT(error_of(std::string("explore.x = 1\n") + kOneCondition),
-              HasSubstr("FILE:1: explore: unknown key; known here: study, task, policy"));
+              HasSubstr("FILE:1: explore: unknown key; known here: extends, study, task, policy"));
   expect(std::string("policy = 5\n") + kOneCondition, "FILE:1: policy = 5: must be a table");
 }
 
@@ -212,7 +212,7 @@ TEST(StudyDocumentTest, BadAxesAreRefusedWithTheirLine) {
   expect("key = \"task.x\"\nvalues = [1, 1]\n",
          "FILE:3: conditions.name = \"x=1\": must be unique");
   expect("key = \"task.x\"\nvalues = [1]\noptions = [{name = \"a\"}]\n",
-         "FILE:2: axes[0].key: an axis has either key and values, or options");
+         "FILE:2: axes[0].key: an axis has either key and values, or options; and a name, or none");
   expect("options = [{task.x = 1}]\n", "FILE:2: axes[0].options[0].name: is required and missing");
 }
 
