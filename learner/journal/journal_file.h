@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <iosfwd>
 #include <string>
 
 #include "learner/journal/journal_record.h"
@@ -23,6 +24,9 @@ struct JournalTail {
 /// with valid records behind it, a seal that does not verify, records out of order, are errors that
 /// name file, record and offset. Whatever `on_record` throws passes through.
 Result<JournalTail> read_journal(const std::filesystem::path& path,
+                                 const std::function<void(const JournalRecord&)>& on_record);
+/// The same of bytes that are no file. `name` stands for the path in errors.
+Result<JournalTail> read_journal(std::istream& bytes, const std::string& name,
                                  const std::function<void(const JournalRecord&)>& on_record);
 
 /// Appends records. write(2) at each flush, so that nothing waits in this process; sync() makes
