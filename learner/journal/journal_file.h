@@ -47,7 +47,6 @@ class JournalWriter {
   void flush();
   /// flush() and fdatasync(2).
   void sync();
-  bool has_unsynced() const { return has_unsynced_; }
 
  private:
   [[noreturn]] void fail(const char* action) const;
