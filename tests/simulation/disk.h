@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,8 +29,8 @@ class Disk {
   enum class Loss { kNothing, kTorn, kZeros };
   Loss crash(Dice& dice);
 
-  /// All results, as they stand on disk.
-  std::vector<AcceptedResult> results() const;
+  /// All results, or nothing if the journal does not end with a seal.
+  std::optional<std::vector<AcceptedResult>> results() const;
 
  private:
   std::string bytes_;

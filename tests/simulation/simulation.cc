@@ -1,10 +1,12 @@
 #include "tests/simulation/simulation.h"
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "tests/simulation/broken_check.h"
 #include "tests/simulation/reference.h"
 
 namespace treeroll::simulation {
@@ -49,9 +51,17 @@ void Simulation::run() {
   for (const Incident& incident : scenario_.incidents) {
     schedule_.at(incident.time, [this, &incident] { strike(incident); });
   }
+  try {
+    advance_to_the_end();
+  } catch (const BrokenCheck& broken) {
+    observer_.require(false, broken.what());
+  }
+}
+
+void Simulation::advance_to_the_end() {
   const TimePoint end = scenario_.faults_end + patience();
   int num_actions = 0;
-  while (num_done_ < num_learners && !observer_.broken()) {
+  while (num_done_ < static_cast<int>(learners_.size()) && !observer_.broken()) {
     if (schedule_.advance(end) && ++num_actions < kActionsMax) continue;
     observer_.require(false, "no end although faults have stopped");
   }
@@ -185,7 +195,10 @@ void Simulation::check_outcome(int index) {
   const LearnerSlot& slot = learners_[static_cast<std::size_t>(index)];
   const Study& study = scenario_.studies[static_cast<std::size_t>(index)];
   const std::vector<RunRecord> records = slot.process->core().run_records();
-  const std::vector<AcceptedResult> journal = slot.disk.results();
+  const std::optional<std::vector<AcceptedResult>> whole = slot.disk.results();
+  observer_.require(whole.has_value(), "the journal of a learner that has ended is not whole");
+  if (!whole) return;
+  const std::vector<AcceptedResult>& journal = *whole;
   const auto expected = static_cast<std::size_t>(num_rollouts(study)) + records.size();
   observer_.require(journal.size() == expected, "the journal has not each answer once");
   std::set<protocol::RolloutKey> keys;

@@ -23,6 +23,7 @@ class Simulation {
   TimePoint end() const { return schedule_.now(); }
 
  private:
+  void advance_to_the_end();
   void start_learner(int index);
   void start_worker(int slot);
   void remove_worker(int slot, Duration rejoins_after);
