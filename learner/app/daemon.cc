@@ -22,6 +22,7 @@
 #include "learner/app/state_directory.h"
 #include "learner/app/study_file.h"
 #include "learner/app/task_survey.h"
+#include "learner/core/carry_out.h"
 #include "learner/core/learner_core.h"
 #include "learner/journal/journal_file.h"
 #include "learner/report/summary.h"
@@ -54,19 +55,8 @@ std::string read_text(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-void log(const LogLine& line) {
-  switch (line.level) {
-    case LogLine::Level::kInfo:
-      return spdlog::info("{}", line.text);
-    case LogLine::Level::kWarning:
-      return spdlog::warn("{}", line.text);
-    case LogLine::Level::kError:
-      return spdlog::error("{}", line.text);
-  }
-}
-
 /// Drives the core: turns what the loop sees into events and carries its effects out.
-class LearnerDaemon {
+class LearnerDaemon : private EffectHandler {
  public:
   LearnerDaemon(Study study, LearnerSettings settings, const LearnerOptions& options)
       : settings_(std::move(settings)), options_(options) {
@@ -176,31 +166,43 @@ class LearnerDaemon {
     step(learner_event::Synced{});
   }
 
-  /// Effects in their order: what is not in the journal is not drawn upon.
   void step(const LearnerEvent& event) {
     if (failure_) return;
-    const TimePoint now = loop_.now();
     LearnerEffects effects;
-    core_->step(now, event, effects);
+    core_->step(loop_.now(), event, effects);
     try {
-      for (const AcceptedResult& result : effects.accepted) {
-        journal_->append(result, wall_time_us());
-      }
-      journal_->flush();
+      carry_out(effects, *this);
     } catch (const std::runtime_error&) {
       return fail();
     }
-    if (journal_->has_unsynced() && !sync_at_) sync_at_ = now + kSyncPeriod;
-    for (const protocol::Message& message : effects.send) {
-      bus_->publish(message);
-      if (const auto* status = std::get_if<protocol::LearnerStatus>(&message)) {
-        progress_.show(*status, now);
-        progress_.show(bus_->statistics());
-      }
-    }
-    for (const LogLine& line : effects.log) log(line);
     if (core_->outcome() != LearnerCore::Outcome::kRunning) return loop_.stop();
     set_timer();
+  }
+
+  void append(const AcceptedResult& result) override { journal_->append(result, wall_time_us()); }
+
+  void flush() override {
+    journal_->flush();
+    if (!sync_at_) sync_at_ = loop_.now() + kSyncPeriod;
+  }
+
+  void send(const protocol::Message& message) override {
+    bus_->publish(message);
+    if (const auto* status = std::get_if<protocol::LearnerStatus>(&message)) {
+      progress_.show(*status, loop_.now());
+      progress_.show(bus_->statistics());
+    }
+  }
+
+  void log(const LogLine& line) override {
+    switch (line.level) {
+      case LogLine::Level::kInfo:
+        return spdlog::info("{}", line.text);
+      case LogLine::Level::kWarning:
+        return spdlog::warn("{}", line.text);
+      case LogLine::Level::kError:
+        return spdlog::error("{}", line.text);
+    }
   }
 
   void set_timer() {

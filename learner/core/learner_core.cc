@@ -116,7 +116,6 @@ void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
     // can keep an answer out.
     if (index <= worker->settled && !answers_open_question(batch.results[i])) continue;
     accept(*worker, batch.results[i], now, effects);
-    if (outcome_ == Outcome::kFailed) return;
     worker->settled = std::max(worker->settled, index);
   }
   if (!batch.results.empty()) {

@@ -86,6 +86,7 @@ class LearnerCore {
 
   const Study& study() const { return study_; }
   LedgerCounters counters() const;
+  const Ledger& ledger() const { return ledger_; }
   std::vector<RunRecord> run_records() const;
   std::vector<WorkerRecord> worker_records() const { return workers_.records(started_at_); }
 

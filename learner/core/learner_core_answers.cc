@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <stdexcept>
 
 #include "common/base/random_stream.h"
 #include "learner/core/dispatch.h"
@@ -109,16 +108,8 @@ void LearnerCore::learn(const AcceptedResult& result, int numeric_class, TimePoi
                         LearnerEffects& effects) {
   Run& run = runs_[result.key.run];
   changed_runs_.insert(result.key.run);
-  try {
-    ledger_.counters.applied +=
-        run.accept(result.key.number, result.reward, result.status, numeric_class);
-  } catch (const std::invalid_argument& error) {
-    // The mean of a layer that was left makes no mixture: the noise has driven it past all bounds.
-    failure_ = fmt::format("run {} cannot go on after roll-out {}: {}", run.index(),
-                           result.key.number, error.what());
-    outcome_ = Outcome::kFailed;
-    return;
-  }
+  ledger_.counters.applied +=
+      run.accept(result.key.number, result.reward, result.status, numeric_class);
   if (run.done()) {
     finish_run(run, effects);
   } else {

@@ -74,7 +74,6 @@ class Ledger {
   /// An answer has been accepted: the entry goes. Precondition: find(key).
   Entry close(protocol::RolloutKey key);
 
-  std::size_t num_open() const { return entries_.size(); }
   std::size_t num_leased() const { return deadlines_.size(); }
 
   LedgerCounters counters;

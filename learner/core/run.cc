@@ -19,7 +19,10 @@ Run::Run(const Study& study, int run)
       index_(run),
       condition_(run / study.repetitions),
       repetition_(run % study.repetitions),
-      exploration_(start(study, study.conditions[condition_], repetition_)) {}
+      exploration_(start(study, study.conditions[condition_], repetition_)) {
+  // All at once, so that a learner's memory does not grow later.
+  records_.reserve(study.conditions[condition_].exploration.num_rollouts);
+}
 
 std::vector<Run::Wanted> Run::take_wanted() {
   std::vector<Wanted> wanted;
@@ -62,7 +65,8 @@ void Run::apply(int number, const Answer& answer) {
   if (records_.size() <= static_cast<std::size_t>(number)) {
     records_.resize(number + 1);
   }
-  records_[number] = {answer.reward, layer->second, answer.status, answer.numeric_class};
+  records_[number] = {answer.reward, static_cast<std::int16_t>(layer->second), answer.status,
+                      answer.numeric_class};
   layers_.erase(layer);
   last_reward_ = answer.reward;
   if (answer.status != RolloutStatus::kOk) ++num_failed_;

@@ -9,12 +9,12 @@
 
 namespace treeroll {
 
-/// One applied roll-out.
+/// One applied roll-out. The only thing a learner keeps of each: small, for there may be 10^7.
 struct RolloutRecord {
   double reward = 0;
-  int layer = 0;  ///< drawn at, 1 ..; 0: no result yet
+  std::int16_t layer = 0;  ///< drawn at, 1 ..; 0: no result yet
   RolloutStatus status = RolloutStatus::kOk;
-  int numeric_class = 0;  ///< which of the learner's numeric classes of workers it came from
+  std::int32_t numeric_class = 0;  ///< of the worker it came from, by the learner's count
 };
 
 /// What a run has come to: the source of every file and table.

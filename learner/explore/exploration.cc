@@ -1,6 +1,7 @@
 #include "learner/explore/exploration.h"
 
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "common/base/check.h"
@@ -65,9 +66,9 @@ void Exploration::tell(int rollout, double reward, RolloutStatus status) {
     stopped_ = true;
     return;
   }
-  if (draw.layer == layer() && layer() < settings_.last_layer && search_.has_converged(settings_)) {
+  if (draw.layer == layer() && layer() < settings_.last_layer && search_.has_converged(settings_) &&
+      go_to_next_layer()) {
     switches_.push_back(rollout);
-    go_to_next_layer();
   }
   draw_what_is_permitted();
 }
@@ -84,15 +85,21 @@ void Exploration::keep_if_best(const Draw& draw, double reward) {
   if (is_best) best_ = {draw.rollout, draw.layer, reward, draw.theta};
 }
 
-void Exploration::go_to_next_layer() {
+bool Exploration::go_to_next_layer() {
   const Policy& policy = policies_.back();
   const LeftLayer left{policy, search_.distribution(), search_.best()};
   const Eigen::VectorXd carried = carried_theta(settings_, left);
-  policies_.push_back({policy.tree_with(carried), policy.layer + 1, policy.layout});
-  const Policy& next = policies_.back();
-  search_ = LayerSearch(
-      settings_, settings_.reuse ? start_with_experience(settings_, left, next, carried, num_told_)
-                                 : fresh_start(settings_, next));
+  try {
+    Policy next{policy.tree_with(carried), policy.layer + 1, policy.layout};
+    static_cast<void>(next.tree.finest());  // what workers make of it
+    search_ = LayerSearch(settings_, settings_.reuse ? start_with_experience(settings_, left, next,
+                                                                             carried, num_told_)
+                                                     : fresh_start(settings_, next));
+    policies_.push_back(std::move(next));
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
 }
 
 void Exploration::draw_what_is_permitted() {

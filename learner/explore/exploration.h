@@ -79,7 +79,9 @@ class Exploration {
  private:
   void draw_what_is_permitted();
   void keep_if_best(const Draw& draw, double reward);
-  void go_to_next_layer();
+  /// False, and the run stays in its layer until a later result, where the noise has driven theta
+  /// so far that rounding leaves no valid tree to go on from.
+  bool go_to_next_layer();
   bool stops_after(double reward) const;
 
   struct Pending {

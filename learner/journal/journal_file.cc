@@ -15,12 +15,12 @@
 namespace treeroll {
 namespace {
 
-constexpr std::size_t kBlockBytes = 1U << 20U;
+constexpr std::size_t kBlockBytes = 1U << 16U;
 
-/// A window over a file that is read once from start to end.
+/// A window over a stream that is read once from start to end.
 class Window {
  public:
-  explicit Window(std::ifstream& file) : file_(file) {}
+  explicit Window(std::istream& file) : file_(file) {}
 
   /// What is left from here on: at least `size` bytes unless the file ends before.
   std::string_view ahead(std::size_t size) {
@@ -41,7 +41,7 @@ class Window {
   std::uint64_t offset() const { return offset_; }
 
  private:
-  std::ifstream& file_;
+  std::istream& file_;
   std::string bytes_;
   std::size_t place_ = 0;
   std::uint64_t offset_ = 0;
@@ -66,12 +66,10 @@ bool looks_like_a_seal(std::string_view bytes) {
 
 }  // namespace
 
-Result<JournalTail> read_journal(const std::filesystem::path& path,
+Result<JournalTail> read_journal(std::istream& file, const std::string& name,
                                  const std::function<void(const JournalRecord&)>& on_record) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return Error{fmt::format("{}: {}", path.string(), std::strerror(errno))};
-  const auto damaged = [&path](std::int64_t record, std::uint64_t offset, const std::string& what) {
-    return Error{fmt::format("{}: record {} at byte {}: {}", path.string(), record, offset, what)};
+  const auto damaged = [&name](std::int64_t record, std::uint64_t offset, const std::string& what) {
+    return Error{fmt::format("{}: record {} at byte {}: {}", name, record, offset, what)};
   };
   Window window(file);
   JournalTail tail;
@@ -101,8 +99,15 @@ Result<JournalTail> read_journal(const std::filesystem::path& path,
     window.skip(framed->size);
     tail.intact_bytes = window.offset();
   }
-  if (file.bad()) return Error{fmt::format("{}: it cannot be read to its end", path.string())};
+  if (file.bad()) return Error{fmt::format("{}: it cannot be read to its end", name)};
   return tail;
+}
+
+Result<JournalTail> read_journal(const std::filesystem::path& path,
+                                 const std::function<void(const JournalRecord&)>& on_record) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return Error{fmt::format("{}: {}", path.string(), std::strerror(errno))};
+  return read_journal(file, path.string(), on_record);
 }
 
 JournalWriter::JournalWriter(std::filesystem::path path) : path_(std::move(path)) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <iosfwd>
 #include <string>
 
 #include "learner/journal/journal_record.h"
@@ -24,6 +25,9 @@ struct JournalTail {
 /// name file, record and offset. Whatever `on_record` throws passes through.
 Result<JournalTail> read_journal(const std::filesystem::path& path,
                                  const std::function<void(const JournalRecord&)>& on_record);
+/// The same of bytes that are no file. `name` stands for the path in errors.
+Result<JournalTail> read_journal(std::istream& bytes, const std::string& name,
+                                 const std::function<void(const JournalRecord&)>& on_record);
 
 /// Appends records. write(2) at each flush, so that nothing waits in this process; sync() makes
 /// them last. Every failing call throws std::runtime_error with path and reason: a learner that
@@ -43,7 +47,6 @@ class JournalWriter {
   void flush();
   /// flush() and fdatasync(2).
   void sync();
-  bool has_unsynced() const { return has_unsynced_; }
 
  private:
   [[noreturn]] void fail(const char* action) const;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "learner/explore/convergence.h"
 #include "trees.h"
@@ -116,6 +117,31 @@ TEST(ExplorationSwitchTest, TheNextLayerStartsFromTheFinalMeanWithFreshNoise) {
   EXPECT_EQ(run.noise(), Eigen::Vector2d(.005, .02).replicate(4, 1).asDiagonal().toDenseMatrix());
   // What the roll-outs of layer 1 were drawn for stays as it was.
   EXPECT_EQ(run.policy(1).theta(), to_theta(ThetaLayout::kMeans, spaced_gmm(2)));
+}
+
+TEST(ExplorationSwitchTest, StaysInItsLayerWhileNoTreeCanBeMadeOfItsMean) {
+  ExplorationSettings settings = two_layers(2, 5, 1);
+  settings.convergence_slope = 100;  // would switch after the fifth result
+  settings.num_rollouts = 30;
+  settings.noise_variance = {.01, kGmmMagnitudeMax * kGmmMagnitudeMax};
+  int num_kept = 0;
+  int num_switched_late = 0;
+  for (std::uint32_t repetition = 0; repetition < 40; ++repetition) {
+    SCOPED_TRACE(repetition);
+    Exploration run = run_over_means(settings, two_layer_tree(), repetition);
+    for (int i = 0; !run.done(); ++i) {
+      while (run.ask()) continue;
+      run.tell(i, 1 + .01 * i, RolloutStatus::kOk);
+      if (i < 4 || run.layer() > 1) continue;
+      EXPECT_THROW(static_cast<void>(run.policy(1).tree_with(run.mean()).finest()),
+                   std::invalid_argument);
+    }
+    EXPECT_EQ(run.num_told(), 30);
+    if (run.switches().empty()) ++num_kept;
+    if (!run.switches().empty() && run.switches()[0] > 4) ++num_switched_late;
+  }
+  EXPECT_GT(num_kept, 0);
+  EXPECT_GT(num_switched_late, 0);
 }
 
 TEST(ExplorationSwitchTest, ALateResultOfALeftLayerIsRecordedAndNeverLearntFrom) {

@@ -24,6 +24,11 @@ TreeModel two_layer_tree() {
                                 {{}, {0, 0, 1, 1}});
 }
 
+TreeModel three_layer_tree() {
+  return TreeModel::from_global(FrameKind::kCholesky, {spaced_gmm(2), spaced_gmm(2), spaced_gmm(4)},
+                                {{}, {0, 1}, {0, 0, 1, 1}});
+}
+
 ExplorationSettings settings_for_means() {
   ExplorationSettings settings;
   settings.noise_variance = {.01, .04};

@@ -11,6 +11,8 @@ Gmm spaced_gmm(int num_components);
 TreeModel flat_tree();
 /// Two Gaussians over four.
 TreeModel two_layer_tree();
+/// Two Gaussians over two, one below each, over four: theta of layers 1 and 2 has one size.
+TreeModel three_layer_tree();
 
 /// For theta in the layout of means: variances .01 and .04 of each component.
 ExplorationSettings settings_for_means();

@@ -23,8 +23,7 @@ TEST(CalmTest, IssuesNothingAgainWhereNothingIsLost) {
     const Observer& seen = simulation.observer();
     EXPECT_FALSE(seen.broken()) << seen.violation();
     EXPECT_EQ(seen.num_reissued, 0);
-    EXPECT_EQ(seen.num_simulations,
-              num_rollouts(scenario) + static_cast<std::int64_t>(scenario.study.num_runs()));
+    EXPECT_EQ(seen.num_simulations, num_rollouts(scenario) + num_runs(scenario));
     if (::testing::Test::HasFailure()) {
       FAIL() << "repeat: " << repeat_command(seed, "CalmTest.IssuesNothingAgainWhereNothingIsLost");
     }
@@ -34,7 +33,7 @@ TEST(CalmTest, IssuesNothingAgainWhereNothingIsLost) {
 /// Many runs over sixteen evaluators that answer at once, in frames of a network.
 Scenario crowded_scenario(std::uint64_t seed) {
   Scenario scenario = calm_scenario(seed);
-  scenario.study.repetitions = 20;
+  scenario.studies[0].repetitions = 20;
   scenario.batch_bytes_max = 1400;
   scenario.task = {};
   scenario.workers.assign(1, {TimePoint{}, 16});
@@ -66,7 +65,7 @@ TEST(CalmTest, AtThirtyPercentLossHardlyARolloutIsSimulatedTwice) {
     simulation.run();
     const Observer& seen = simulation.observer();
     EXPECT_FALSE(seen.broken()) << seen.violation() << ", seed " << seed;
-    num_wanted += num_rollouts(scenario) + scenario.study.num_runs();
+    num_wanted += num_rollouts(scenario) + num_runs(scenario);
     num_simulations += seen.num_simulations;
     num_reissued += seen.num_reissued;
   }

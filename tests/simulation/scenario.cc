@@ -13,19 +13,22 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-enum Purpose : std::uint32_t { kStudyDice = 1, kFaultDice = 2 };
+enum Purpose : std::uint32_t { kStudyDice = 1, kFaultDice = 2, kNeighbourDice = 5 };
 
-/// A tree of two layers whose first is left as soon as it may be.
+/// A tree of two or three layers, most of them left as soon as they may be.
 Condition quick_condition(Dice& dice, int index) {
-  Condition condition{"condition" + std::to_string(index), kTaskContent, two_layer_tree(),
-                      ThetaLayout::kMeans, settings_for_means()};
+  const bool is_deep = dice.chance(.2);
+  Condition condition{"condition" + std::to_string(index), kTaskContent,
+                      is_deep ? three_layer_tree() : two_layer_tree(), ThetaLayout::kMeans,
+                      settings_for_means()};
   ExplorationSettings& exploration = condition.exploration;
-  exploration.num_rollouts = dice.between(14, 30);
+  exploration.num_rollouts = is_deep ? dice.between(28, 36) : dice.between(14, 30);
   exploration.first_update = dice.between(2, 4);
   exploration.best_considered = dice.between(1, exploration.first_update);
   exploration.convergence_window = dice.between(3, 6);
-  exploration.convergence_slope = 100;
-  exploration.last_layer = 2;
+  exploration.convergence_slope = dice.chance(.8) ? kAnySlope : .01;
+  exploration.last_layer = condition.start.num_layers();
+  exploration.reuse = dice.chance(.5);
   return condition;
 }
 
@@ -47,8 +50,10 @@ Study drawn_study(std::uint64_t seed, Dice& dice) {
 /// How long the work takes without faults, roughly.
 Duration expected_length(const Scenario& scenario) {
   int longest = 0;
-  for (const Condition& condition : scenario.study.conditions) {
-    longest = std::max(longest, condition.exploration.num_rollouts);
+  for (const Study& study : scenario.studies) {
+    for (const Condition& condition : study.conditions) {
+      longest = std::max(longest, condition.exploration.num_rollouts);
+    }
   }
   int evaluators = 0;
   for (const WorkerPlan& worker : scenario.workers) evaluators += worker.num_evaluators;
@@ -100,7 +105,9 @@ void draw_incidents(Dice& dice, Scenario& scenario, Duration length) {
                                       ? std::min<Duration>(habit.length_max, milliseconds(100))
                                       : habit.length_max;
       incident.length = dice.between(Duration{}, length_max);
-      incident.slot = dice.between(0, static_cast<int>(scenario.workers.size()) - 1);
+      const bool of_learner = habit.kind >= Kind::kLearnerCrash;
+      const std::size_t num_slots = of_learner ? scenario.studies.size() : scenario.workers.size();
+      incident.slot = dice.between(0, static_cast<int>(num_slots) - 1);
       scenario.incidents.push_back(incident);
     }
   }
@@ -112,7 +119,7 @@ Scenario calm_scenario(std::uint64_t seed) {
   Dice dice(seed, kStudyDice);
   Scenario scenario;
   scenario.seed = seed;
-  scenario.study = drawn_study(seed, dice);
+  scenario.studies = {drawn_study(seed, dice)};
   scenario.knows_task = dice.chance(.5);
   scenario.batch_bytes_max = dice.chance(.5) ? 1400 : 60000;
   if (dice.chance(.7)) {
@@ -134,6 +141,10 @@ Scenario calm_scenario(std::uint64_t seed) {
 Scenario scenario_of(std::uint64_t seed) {
   Scenario scenario = calm_scenario(seed);
   Dice dice(seed, kFaultDice);
+  if (dice.chance(.25)) {
+    Dice neighbour(seed, kNeighbourDice);
+    scenario.studies.push_back(drawn_study(seed + 1, neighbour));
+  }
   draw_task_faults(dice, scenario.task);
   draw_network_faults(dice, scenario.network);
   const Duration length = expected_length(scenario);
@@ -151,20 +162,36 @@ Scenario scenario_of(std::uint64_t seed) {
   return scenario;
 }
 
-int num_rollouts(const Scenario& scenario) {
+int num_rollouts(const Study& study) {
   int sum = 0;
-  for (const Condition& condition : scenario.study.conditions) {
-    sum += condition.exploration.num_rollouts * scenario.study.repetitions;
+  for (const Condition& condition : study.conditions) {
+    sum += condition.exploration.num_rollouts * study.repetitions;
   }
   return sum;
 }
 
-int num_in_flight(const Scenario& scenario) {
+int num_rollouts(const Scenario& scenario) {
   int sum = 0;
-  for (const Condition& condition : scenario.study.conditions) {
-    sum += condition.exploration.in_flight * scenario.study.repetitions;
+  for (const Study& study : scenario.studies) sum += num_rollouts(study);
+  return sum;
+}
+
+int num_runs(const Scenario& scenario) {
+  int sum = 0;
+  for (const Study& study : scenario.studies) sum += study.num_runs();
+  return sum;
+}
+
+int num_in_flight(const Study& study) {
+  int sum = 0;
+  for (const Condition& condition : study.conditions) {
+    sum += condition.exploration.in_flight * study.repetitions;
   }
   return sum;
+}
+
+const Condition& condition_of(const Study& study, int run) {
+  return study.conditions[static_cast<std::size_t>(run / study.repetitions)];
 }
 
 }  // namespace treeroll::simulation

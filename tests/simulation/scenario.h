@@ -20,6 +20,8 @@ struct NetworkFaults {
   double straggling = 0;  ///< this share takes up to kStragglerDelay
   bool reorders = false;  ///< else a link keeps the order
 };
+/// A threshold above any slope: a layer is left as soon as it has results enough.
+inline constexpr double kAnySlope = 100;
 inline constexpr Duration kStragglerDelay = std::chrono::milliseconds(300);
 
 /// Something that befalls one worker slot, or the learner, at a time.
@@ -37,7 +39,7 @@ struct Incident {
   Kind kind = Kind::kWorkerCrash;
   TimePoint time;
   Duration length{};
-  int slot = 0;  ///< of the worker
+  int slot = 0;  ///< of the worker, or of the learner
 };
 
 struct WorkerPlan {
@@ -48,8 +50,8 @@ struct WorkerPlan {
 /// All that a seed means. Faults of the network and incidents end at `faults_end`.
 struct Scenario {
   std::uint64_t seed = 0;
-  Study study;
-  bool knows_task = true;  ///< else the first worker's description decides
+  std::vector<Study> studies;  ///< one a learner, all on one group with the same workers
+  bool knows_task = true;      ///< else the first worker's description decides
   std::size_t batch_bytes_max = 60000;
   TaskBehaviour task;
   NetworkFaults network;
@@ -61,13 +63,16 @@ struct Scenario {
   TimePoint faults_end;
 };
 
-/// Runs with a switch of layers, workers and a task without faults, all small; in both orders, one
-/// to four in flight.
+/// A study whose runs switch layers, workers and a task without faults, all small; in both orders,
+/// one to four in flight.
 Scenario calm_scenario(std::uint64_t seed);
-/// The same with a mix of faults.
+/// The same with a mix of faults, and one time in four a second learner.
 Scenario scenario_of(std::uint64_t seed);
 
 int num_rollouts(const Scenario& scenario);
-int num_in_flight(const Scenario& scenario);
+int num_rollouts(const Study& study);
+int num_runs(const Scenario& scenario);
+int num_in_flight(const Study& study);
+const Condition& condition_of(const Study& study, int run);
 
 }  // namespace treeroll::simulation

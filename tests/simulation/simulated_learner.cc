@@ -1,5 +1,6 @@
 #include "tests/simulation/simulated_learner.h"
 
+#include <algorithm>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -9,9 +10,7 @@
 namespace treeroll::simulation {
 namespace {
 
-constexpr std::uint32_t kLearnerDice = 4;
-
-}  // namespace
+constexpr std::uint32_t kLearnerDice = 10;
 
 LearnerSettings learner_settings(const Scenario& scenario, protocol::LearnerId id) {
   LearnerSettings settings;
@@ -23,29 +22,41 @@ LearnerSettings learner_settings(const Scenario& scenario, protocol::LearnerId i
   return settings;
 }
 
-SimulatedLearner::SimulatedLearner(const Scenario& scenario, Schedule& schedule, Observer& observer,
-                                   Disk& disk, int generation, Surroundings surroundings)
+}  // namespace
+
+SimulatedLearner::SimulatedLearner(const Scenario& scenario, int index, Schedule& schedule,
+                                   Observer& observer, Disk& disk, int generation,
+                                   Surroundings surroundings)
     : Node(schedule, scenario.reading_delay),
       scenario_(scenario),
+      study_(scenario.studies[static_cast<std::size_t>(index)]),
       observer_(observer),
       disk_(disk),
       surroundings_(std::move(surroundings)),
-      dice_(scenario.seed, kLearnerDice, static_cast<std::uint32_t>(generation)),
+      dice_(scenario.seed, kLearnerDice + static_cast<std::uint32_t>(index),
+            static_cast<std::uint32_t>(generation)),
       id_(dice_.id()),
       task_(scenario.seed, scenario.task),
-      core_(scenario.study, learner_settings(scenario, id_)),
-      num_applied_(static_cast<std::size_t>(scenario.study.num_runs())) {}
+      core_(study_, learner_settings(scenario, id_)),
+      num_applied_(static_cast<std::size_t>(study_.num_runs())) {}
 
 void SimulatedLearner::start() {
-  take(learner_event::Started{});
-  const std::vector<AcceptedResult> journal = disk_.journal;
-  for (const AcceptedResult& result : journal) {
-    if (dead_) return;
+  LearnerEffects unsent;
+  core_.step(schedule_.now(), learner_event::Started{}, unsent);
+  const std::string damage = disk_.open([&](const AcceptedResult& result) {
+    if (core_.outcome() == LearnerCore::Outcome::kFailed) return;
     note_answered(result.key);
     synced_.insert(result.key);
-    take(learner_event::Recovered{&result});
-  }
-  step(learner_event::InboxDrained{});
+    core_.step(schedule_.now(), learner_event::Recovered{&result}, unsent);
+    unsent = {};
+  });
+  observer_.require(damage.empty(), "its own journal cannot be read: " + damage);
+  observer_.require(core_.outcome() != LearnerCore::Outcome::kFailed,
+                    "its own journal is refused: " + core_.failure());
+  disk_.append(JournalStart{kAlgorithmVersion, ContentHash{}, id_});
+  disk_.sync();
+  check_counters();
+  step(learner_event::Timer{});
 }
 
 void SimulatedLearner::stop() {
@@ -53,11 +64,17 @@ void SimulatedLearner::stop() {
 }
 
 void SimulatedLearner::on_inbox(std::vector<MessagePointer> messages) {
-  for (const MessagePointer& message : messages) take(learner_event::Received{message.get()});
+  for (const MessagePointer& message : messages) {
+    take(learner_event::Received{message.get()});
+    hear(*message);
+  }
   step(learner_event::InboxDrained{});
 }
 
-void SimulatedLearner::on_timer() { step(learner_event::Timer{}); }
+void SimulatedLearner::on_timer() {
+  step(learner_event::Timer{});
+  check_leases_of_the_silent();
+}
 
 void SimulatedLearner::step(const LearnerEvent& event) {
   take(event);
@@ -65,7 +82,9 @@ void SimulatedLearner::step(const LearnerEvent& event) {
   if (core_.outcome() == LearnerCore::Outcome::kRunning) return wake_at(core_.next_deadline());
   observer_.require(core_.outcome() != LearnerCore::Outcome::kFailed,
                     "the learner fails: " + core_.failure());
-  if (disk_.num_synced < disk_.journal.size()) return;  // sync() comes
+  if (disk_.has_unsynced()) return;  // sync() comes
+  disk_.append(JournalSeal{});
+  disk_.sync();
   ended_ = true;
   surroundings_.ended();
 }
@@ -74,36 +93,42 @@ void SimulatedLearner::take(const LearnerEvent& event) {
   if (dead_) return;
   LearnerEffects effects;
   core_.step(schedule_.now(), event, effects);
-  carry_out(effects);
+  do_all(effects);
   if (!dead_) check_counters();
 }
 
-void SimulatedLearner::carry_out(const LearnerEffects& effects) {
-  const int count = static_cast<int>(effects.accepted.size() + effects.send.size());
-  const int crash_before = crash_is_due_ && count > 0 ? dice_.between(0, count) : -1;
-  int place = 0;
-  for (const AcceptedResult& result : effects.accepted) {
-    if (place++ == crash_before) return crash();
-    write(result);
+void SimulatedLearner::do_all(const LearnerEffects& effects) {
+  const int count = static_cast<int>(2 * effects.accepted.size() + effects.send.size());
+  effects_until_crash_ = crash_is_due_ && count > 0 ? dice_.between(0, count) : -1;
+  try {
+    carry_out(effects, *this);
+    if (effects_until_crash_ >= 0) crash();
+  } catch (const Crashed&) {
+    crash();
   }
-  for (const protocol::Message& message : effects.send) {
-    if (place++ == crash_before) return crash();
-    send(message);
-  }
-  if (place == crash_before) crash();
+}
+
+void SimulatedLearner::crash_if_due() {
+  if (effects_until_crash_-- == 0) throw Crashed{};
 }
 
 void SimulatedLearner::crash() {
   dead_ = true;
-  const std::size_t num_unsynced = disk_.journal.size() - disk_.num_synced;
-  const int num_lost = dice_.between(0, static_cast<int>(num_unsynced));
-  observer_.count("accepted results lost by the disk", num_lost);
-  disk_.journal.resize(disk_.journal.size() - static_cast<std::size_t>(num_lost));
-  disk_.num_synced = disk_.journal.size();
+  switch (disk_.crash(dice_)) {
+    case Disk::Loss::kTorn:
+      observer_.count("journal tails torn");
+      break;
+    case Disk::Loss::kZeros:
+      observer_.count("journal tails reading as zeros");
+      break;
+    case Disk::Loss::kNothing:
+      break;
+  }
   surroundings_.crashed();
 }
 
-void SimulatedLearner::write(const AcceptedResult& result) {
+void SimulatedLearner::append(const AcceptedResult& result) {
+  crash_if_due();
   const auto expected = expected_.find(result.key);
   observer_.require(expected != expected_.end(), "a result that nobody asked for is accepted");
   if (expected != expected_.end()) {
@@ -112,38 +137,50 @@ void SimulatedLearner::write(const AcceptedResult& result) {
     observer_.require(expected->second.reward == result.reward, "a wrong reward is accepted");
     observer_.require(task_.status(result.key) == result.status, "a wrong status is accepted");
   }
-  observer_.require(!answered_.contains(result.key), "a roll-out is accepted twice");
-  disk_.journal.push_back(result);
-  note_answered(result.key);
-  if (sync_is_due_) return;
-  sync_is_due_ = true;
+  const bool is_first =
+      !answered_.contains(result.key) &&
+      std::find(unwritten_.begin(), unwritten_.end(), result.key) == unwritten_.end();
+  observer_.require(is_first, "a roll-out is accepted twice");
+  disk_.append(result);
+  unwritten_.push_back(result.key);
+}
+
+void SimulatedLearner::flush() {
+  crash_if_due();
+  disk_.flush();
+  for (const protocol::RolloutKey key : unwritten_) note_answered(key);
+  unsynced_.insert(unsynced_.end(), unwritten_.begin(), unwritten_.end());
+  unwritten_.clear();
+  if (std::exchange(sync_is_due_, true)) return;
   later(scenario_.sync_delay, [this] { sync(); });
 }
 
 void SimulatedLearner::sync() {
   if (dead_) return;
   sync_is_due_ = false;
-  for (std::size_t i = disk_.num_synced; i < disk_.journal.size(); ++i) {
-    synced_.insert(disk_.journal[i].key);
-  }
-  disk_.num_synced = disk_.journal.size();
+  disk_.sync();
+  synced_.insert(unsynced_.begin(), unsynced_.end());
+  unsynced_.clear();
   step(learner_event::Synced{});
 }
 
 void SimulatedLearner::send(const protocol::Message& message) {
+  crash_if_due();
   if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) check_batch(*batch);
+  check_told(message);
   surroundings_.send(std::make_shared<const protocol::Message>(message));
 }
 
 void SimulatedLearner::note_answered(protocol::RolloutKey key) {
   answered_.insert(key);
+  open_.erase(key);
   if (key.number < 0) return;
   int& applied = num_applied_[static_cast<std::size_t>(key.run)];
   const auto apply = [&](int number) {
     ++applied;
     num_failed_ += task_.status({key.run, number}) == RolloutStatus::kOk ? 0 : 1;
   };
-  if (!scenario_.study.in_sequence) return apply(key.number);
+  if (!study_.in_sequence) return apply(key.number);
   while (answered_.contains({key.run, applied})) apply(applied);
 }
 
@@ -156,18 +193,17 @@ void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
   for (const protocol::RolloutRequest& request : batch.rollouts) {
     const protocol::RolloutKey key = request.key;
     observer_.require(!answered_.contains(key), "an answered roll-out is asked for");
-    const Condition& condition =
-        scenario_.study.conditions[static_cast<std::size_t>(key.run / scenario_.study.repetitions)];
+    const ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
     const int applied = num_applied_[static_cast<std::size_t>(key.run)];
-    observer_.require(key.number < condition.exploration.num_rollouts,
+    observer_.require(key.number < exploration.num_rollouts,
                       "a roll-out past the budget is asked for");
-    observer_.require(scenario_.study.in_sequence == false ||
-                          key.number < applied + condition.exploration.in_flight,
-                      "more roll-outs are in flight than may be");
+    observer_.require(key.number < applied + exploration.in_flight,
+                      "more roll-outs are in flight than the journal permits");
     const auto [place, is_new] =
         expected_.emplace(key, Expected{request.content, task_.reward(key, request.theta)});
     observer_.require(is_new || place->second.content == request.content,
                       "a roll-out is asked again with another question");
+    open_.insert(key);
   }
   for (const protocol::Acknowledgement& acknowledgement : batch.acknowledgements) {
     auto& answers = observer_.answers[{acknowledgement.worker_id, id_}];
@@ -179,6 +215,17 @@ void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
   }
 }
 
+void SimulatedLearner::check_told(const protocol::Message& message) {
+  const char* const rule = "a result is told of that is not in the journal";
+  if (const auto* run = std::get_if<protocol::RunStatus>(&message)) {
+    observer_.require(run->num_applied == num_applied_[static_cast<std::size_t>(run->run)], rule);
+  } else if (const auto* learner = std::get_if<protocol::LearnerStatus>(&message)) {
+    observer_.require(learner->num_applied == std::accumulate(num_applied_.begin(),
+                                                              num_applied_.end(), std::int64_t{0}),
+                      rule);
+  }
+}
+
 void SimulatedLearner::check_counters() {
   const LedgerCounters counters = core_.counters();
   const auto applied = std::accumulate(num_applied_.begin(), num_applied_.end(), std::int64_t{0});
@@ -186,12 +233,56 @@ void SimulatedLearner::check_counters() {
   observer_.require(counters.applied == applied, "applied results are not what the journal has");
   observer_.require(counters.issued == counters.applied + counters.pending,
                     "issued is not applied and pending");
-  observer_.require(counters.pending >= 0 && counters.pending <= num_in_flight(scenario_),
+  observer_.require(counters.pending >= 0 && counters.pending <= num_in_flight(study_),
                     "more is pending than may be in flight");
   observer_.require(counters.failed == num_failed_, "failed results are not those applied");
   observer_.require(counters.rejected == 0 && counters.conflicting == 0,
                     "a sound worker's answer is rejected");
   observer_.num_reissued += counters.reissued - std::exchange(num_reissued_, counters.reissued);
+}
+
+void SimulatedLearner::hear(const protocol::Message& message) {
+  if (dead_ || core_.outcome() != LearnerCore::Outcome::kRunning) return;
+  if (const auto* status = std::get_if<protocol::WorkerStatus>(&message)) {
+    heard_[status->worker_id].time = schedule_.now();
+    check_lost_requests(*status);
+  } else if (const auto* batch = std::get_if<protocol::RewardBatch>(&message)) {
+    if (batch->learner_id != id_) return;
+    Heard& heard = heard_[batch->worker_id];
+    heard.time = schedule_.now();
+    if (batch->results.empty()) return;
+    heard.last_result = batch->first_index + static_cast<std::int64_t>(batch->results.size()) - 1;
+  } else if (const auto* request = std::get_if<protocol::DefinitionRequest>(&message)) {
+    if (request->learner_id == id_) heard_[request->worker_id].time = schedule_.now();
+  } else if (const auto* report = std::get_if<protocol::DefinitionReport>(&message)) {
+    if (report->learner_id == id_) heard_[report->worker_id].time = schedule_.now();
+  }
+}
+
+/// A worker has read a later batch, all its answers are in, and it holds the roll-out no more.
+void SimulatedLearner::check_lost_requests(const protocol::WorkerStatus& status) {
+  const auto held = std::find_if(status.held.begin(), status.held.end(),
+                                 [this](const auto& of) { return of.learner_id == id_; });
+  if (held == status.held.end()) return;
+  if (held->last_index > heard_[status.worker_id].last_result) return;
+  for (const protocol::RolloutKey key : open_) {
+    const Ledger::Entry* entry = core_.ledger().find(key);
+    const bool stays = entry && entry->lease && entry->lease->worker == status.worker_id &&
+                       entry->lease->batch <= held->last_batch;
+    observer_.require(
+        !stays || std::find(held->keys.begin(), held->keys.end(), key) != held->keys.end(),
+        "a roll-out stays leased to a worker that says it does not have it");
+  }
+}
+
+void SimulatedLearner::check_leases_of_the_silent() {
+  if (dead_ || core_.outcome() != LearnerCore::Outcome::kRunning) return;
+  for (const protocol::RolloutKey key : open_) {
+    const Ledger::Entry* entry = core_.ledger().find(key);
+    if (!entry || !entry->lease) continue;
+    observer_.require(heard_[entry->lease->worker].time + WorkerTable::kSilence > schedule_.now(),
+                      "a roll-out stays leased to a worker that has left");
+  }
 }
 
 }  // namespace treeroll::simulation

@@ -5,25 +5,18 @@
 #include <set>
 #include <vector>
 
-#include "learner/core/learner_core.h"
+#include "learner/core/carry_out.h"
 #include "tests/simulation/dice.h"
+#include "tests/simulation/disk.h"
 #include "tests/simulation/node.h"
 #include "tests/simulation/observer.h"
 #include "tests/simulation/scenario.h"
 
 namespace treeroll::simulation {
 
-/// What outlives a learner: the journal. A crash may lose what was not yet synced.
-struct Disk {
-  std::vector<AcceptedResult> journal;
-  std::size_t num_synced = 0;
-};
-
-LearnerSettings learner_settings(const Scenario& scenario, protocol::LearnerId id);
-
-/// One incarnation of the learner daemon: the shipped core, its effects carried out in their order
-/// upon a virtual disk and network. Checks the rules that hold at every step.
-class SimulatedLearner : public Node {
+/// One incarnation of a learner daemon: the shipped core, its effects carried out by the shipped
+/// code upon a virtual disk and network. Checks the rules that hold at every step.
+class SimulatedLearner : public Node, private EffectHandler {
  public:
   struct Surroundings {
     std::function<void(MessagePointer)> send;
@@ -31,8 +24,9 @@ class SimulatedLearner : public Node {
     std::function<void()> ended;  ///< done or stopped, and all on disk
   };
 
-  SimulatedLearner(const Scenario& scenario, Schedule& schedule, Observer& observer, Disk& disk,
-                   int generation, Surroundings surroundings);
+  /// @param index  of its study in the scenario
+  SimulatedLearner(const Scenario& scenario, int index, Schedule& schedule, Observer& observer,
+                   Disk& disk, int generation, Surroundings surroundings);
 
   void start();
   void stop();
@@ -42,28 +36,44 @@ class SimulatedLearner : public Node {
   const LearnerCore& core() const { return core_; }
 
  private:
+  struct Crashed {};
+
   void on_inbox(std::vector<MessagePointer> messages) override;
   void on_timer() override;
 
   void step(const LearnerEvent& event);
   void take(const LearnerEvent& event);
-  void carry_out(const LearnerEffects& effects);
-  void write(const AcceptedResult& result);
-  void send(const protocol::Message& message);
-  void sync();
+  void do_all(const LearnerEffects& effects);
+  void crash_if_due();
   void crash();
+  void sync();
+
+  void append(const AcceptedResult& result) override;
+  void flush() override;
+  void send(const protocol::Message& message) override;
+  void log(const LogLine&) override {}
 
   void note_answered(protocol::RolloutKey key);
   void check_batch(const protocol::RolloutBatch& batch);
+  void check_told(const protocol::Message& message);
   void check_counters();
+  void hear(const protocol::Message& message);
+  void check_lost_requests(const protocol::WorkerStatus& status);
+  void check_leases_of_the_silent();
 
   /// What a roll-out that is asked for must come to.
   struct Expected {
     std::int64_t content = 0;
     double reward = 0;
   };
+  /// What this learner has read of a worker.
+  struct Heard {
+    TimePoint time;
+    std::int64_t last_result = 0;  ///< index
+  };
 
   const Scenario& scenario_;
+  const Study& study_;
   Observer& observer_;
   Disk& disk_;
   Surroundings surroundings_;
@@ -72,6 +82,7 @@ class SimulatedLearner : public Node {
   VirtualTask task_;
   LearnerCore core_;
   bool crash_is_due_ = false;
+  int effects_until_crash_ = -1;  ///< below 0: none
   bool dead_ = false;
   bool ended_ = false;
   bool sync_is_due_ = false;
@@ -79,9 +90,13 @@ class SimulatedLearner : public Node {
   std::int64_t num_reissued_ = 0;
   std::int64_t num_failed_ = 0;  ///< applied and failed, as the journal has them
   std::map<protocol::RolloutKey, Expected> expected_;
-  std::set<protocol::RolloutKey> answered_;
+  std::set<protocol::RolloutKey> open_;          ///< asked for and not answered
+  std::vector<protocol::RolloutKey> unwritten_;  ///< appended, in this process alone
+  std::set<protocol::RolloutKey> answered_;      ///< written
+  std::vector<protocol::RolloutKey> unsynced_;   ///< written, not synced
   std::set<protocol::RolloutKey> synced_;
   std::vector<int> num_applied_;  ///< by run, as the journal has it
+  std::map<protocol::WorkerId, Heard> heard_;
 };
 
 }  // namespace treeroll::simulation

@@ -1,9 +1,13 @@
 #include "tests/simulation/simulation.h"
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
+
+#include "tests/simulation/broken_check.h"
+#include "tests/simulation/reference.h"
 
 namespace treeroll::simulation {
 namespace {
@@ -14,64 +18,31 @@ using Kind = Incident::Kind;
 /// More actions than any scenario takes: what goes past it goes round in circles.
 constexpr int kActionsMax = 5'000'000;
 
-bool same(const RunRecord& a, const RunRecord& b) {
-  if (a.rollouts.size() != b.rollouts.size()) return false;
-  for (std::size_t i = 0; i < a.rollouts.size(); ++i) {
-    const RolloutRecord& x = a.rollouts[i];
-    const RolloutRecord& y = b.rollouts[i];
-    if (x.reward != y.reward || x.layer != y.layer || x.status != y.status) return false;
-  }
-  return a.final_reward == b.final_reward && a.switches == b.switches &&
-         a.best_rollout == b.best_rollout && a.best_reward == b.best_reward &&
-         a.best_policy == b.best_policy;
-}
-
-std::vector<RunRecord> folded_records(const Scenario& scenario, const Disk& disk) {
-  LearnerCore core(scenario.study, learner_settings(scenario, 1));
-  LearnerEffects effects;
-  core.step(TimePoint{}, learner_event::Started{}, effects);
-  for (const AcceptedResult& result : disk.journal) {
-    core.step(TimePoint{}, learner_event::Recovered{&result}, effects);
-  }
-  return core.run_records();
-}
-
 }  // namespace
-
-std::vector<RunRecord> faultless_records(const Scenario& scenario) {
-  const VirtualTask task(scenario.seed, scenario.task);
-  std::vector<RunRecord> records;
-  for (int index = 0; index < scenario.study.num_runs(); ++index) {
-    Run run(scenario.study, index);
-    while (!run.done()) {
-      for (const Run::Wanted& wanted : run.take_wanted()) {
-        const protocol::RolloutKey key{index, wanted.number};
-        const std::vector<double> theta(wanted.theta.data(),
-                                        wanted.theta.data() + wanted.theta.size());
-        run.accept(wanted.number, task.reward(key, theta), task.status(key), 0);
-      }
-    }
-    records.push_back(run.record());
-  }
-  return records;
-}
 
 Simulation::Simulation(const Scenario& scenario)
     : scenario_(scenario),
       network_(scenario, schedule_, observer_,
                [this](int slot, Network::Direction direction, Node::MessagePointer message) {
                  if (direction == Network::Direction::kToLearner) {
-                   if (learner_) learner_->deliver(std::move(message));
+                   for (LearnerSlot& learner : learners_) {
+                     if (learner.process) learner.process->deliver(message);
+                   }
                  } else if (auto& worker = workers_[static_cast<std::size_t>(slot)]) {
                    worker->deliver(std::move(message));
                  }
                }),
+      learners_(scenario.studies.size()),
       workers_(scenario.workers.size()),
       generations_(scenario.workers.size()),
       absence_(scenario.workers.size()) {}
 
 void Simulation::run() {
-  schedule_.at(TimePoint{}, [this] { start_learner(); });
+  const int num_learners = static_cast<int>(learners_.size());
+  if (num_learners > 1) observer_.count("second learners on the group");
+  for (int index = 0; index < num_learners; ++index) {
+    schedule_.at(TimePoint{}, [this, index] { start_learner(index); });
+  }
   for (int slot = 0; slot < static_cast<int>(scenario_.workers.size()); ++slot) {
     const TimePoint joins = scenario_.workers[static_cast<std::size_t>(slot)].joins;
     if (joins > TimePoint{}) observer_.count("workers joining late");
@@ -80,46 +51,56 @@ void Simulation::run() {
   for (const Incident& incident : scenario_.incidents) {
     schedule_.at(incident.time, [this, &incident] { strike(incident); });
   }
+  try {
+    advance_to_the_end();
+  } catch (const BrokenCheck& broken) {
+    observer_.require(false, broken.what());
+  }
+}
+
+void Simulation::advance_to_the_end() {
   const TimePoint end = scenario_.faults_end + patience();
   int num_actions = 0;
-  while (!done_ && !observer_.broken()) {
+  while (num_done_ < static_cast<int>(learners_.size()) && !observer_.broken()) {
     if (schedule_.advance(end) && ++num_actions < kActionsMax) continue;
-    const LedgerCounters counters = learner_ ? learner_->core().counters() : LedgerCounters{};
-    observer_.require(
-        false, "no end although faults have stopped: " + std::to_string(counters.applied) + " of " +
-                   std::to_string(num_rollouts(scenario_)) + " applied");
+    observer_.require(false, "no end although faults have stopped");
   }
 }
 
-void Simulation::start_learner() {
+void Simulation::start_learner(int index) {
+  LearnerSlot& slot = learners_[static_cast<std::size_t>(index)];
   SimulatedLearner::Surroundings surroundings;
   surroundings.send = [this](const Node::MessagePointer& message) {
-    for (int slot = 0; slot < static_cast<int>(workers_.size()); ++slot) {
-      network_.send(slot, Network::Direction::kToWorker, message);
+    for (int worker = 0; worker < static_cast<int>(workers_.size()); ++worker) {
+      network_.send(worker, Network::Direction::kToWorker, message);
     }
   };
-  surroundings.crashed = [this] {
+  surroundings.crashed = [this, index] {
     observer_.count("learner crashes");
-    schedule_.after(Duration{}, [this] {
-      learner_.reset();
-      schedule_.after(learner_absence_, [this] { start_learner(); });
-    });
+    schedule_.after(Duration{}, [this, index] { restart_learner(index); });
   };
-  surroundings.ended = [this] { schedule_.after(Duration{}, [this] { learner_ended(); }); };
-  learner_ = std::make_unique<SimulatedLearner>(scenario_, schedule_, observer_, disk_,
-                                                learner_generation_++, std::move(surroundings));
-  learner_->start();
+  surroundings.ended = [this, index] {
+    schedule_.after(Duration{}, [this, index] { learner_ended(index); });
+  };
+  slot.process =
+      std::make_unique<SimulatedLearner>(scenario_, index, schedule_, observer_, slot.disk,
+                                         slot.generation++, std::move(surroundings));
+  slot.process->start();
 }
 
-void Simulation::learner_ended() {
-  if (!learner_) return;
-  if (learner_->core().outcome() == LearnerCore::Outcome::kDone) {
-    check_outcome();
-    done_ = true;
-    return;
-  }
-  learner_.reset();
-  schedule_.after(learner_absence_, [this] { start_learner(); });
+void Simulation::restart_learner(int index) {
+  LearnerSlot& slot = learners_[static_cast<std::size_t>(index)];
+  slot.process.reset();
+  schedule_.after(slot.absence, [this, index] { start_learner(index); });
+}
+
+void Simulation::learner_ended(int index) {
+  LearnerSlot& slot = learners_[static_cast<std::size_t>(index)];
+  if (!slot.process) return;
+  if (slot.process->core().outcome() != LearnerCore::Outcome::kDone) return restart_learner(index);
+  check_outcome(index);
+  slot.process.reset();
+  ++num_done_;
 }
 
 void Simulation::start_worker(int slot) {
@@ -171,19 +152,23 @@ void Simulation::strike(const Incident& incident) {
       observer_.count("partitions");
       return network_.cut(incident.slot, end);
     case Kind::kLearnerCrash:
-      if (!learner_) return;
-      learner_absence_ = incident.length;
-      return learner_->crash_at_next_effect();
     case Kind::kLearnerExit:
-      if (!learner_) return;
-      observer_.count("learner asked to stop");
-      learner_absence_ = incident.length;
-      return learner_->stop();
     case Kind::kLearnerStop:
-      if (!learner_) return;
-      observer_.count("learner stopped for a while");
-      return learner_->stop_until(end);
+      return strike_learner(incident);
   }
+}
+
+void Simulation::strike_learner(const Incident& incident) {
+  LearnerSlot& slot = learners_[static_cast<std::size_t>(incident.slot)];
+  if (!slot.process) return;
+  if (incident.kind == Kind::kLearnerStop) {
+    observer_.count("learner stopped for a while");
+    return slot.process->stop_until(schedule_.now() + incident.length);
+  }
+  slot.absence = incident.length;
+  if (incident.kind == Kind::kLearnerCrash) return slot.process->crash_at_next_effect();
+  observer_.count("learner asked to stop");
+  slot.process->stop();
 }
 
 Duration Simulation::patience() const {
@@ -192,37 +177,44 @@ Duration Simulation::patience() const {
   const Duration hanging = 3 * (10 * kTaskTimeLimit + seconds(1));
   Duration sum = seconds(60);
   const VirtualTask task(scenario_.seed, scenario_.task);
-  for (int run = 0; run < scenario_.study.num_runs(); ++run) {
-    const Condition& condition =
-        scenario_.study.conditions[static_cast<std::size_t>(run / scenario_.study.repetitions)];
-    for (int number = -1; number < condition.exploration.num_rollouts; ++number) {
-      sum += task.fate({run, number}) == Fate::kHangs
-                 ? hanging
-                 : 4 * scenario_.task.duration_max + 2 * scenario_.network.delay_max +
-                       std::chrono::milliseconds(20);
+  for (const Study& study : scenario_.studies) {
+    for (int run = 0; run < study.num_runs(); ++run) {
+      const int num_rollouts = condition_of(study, run).exploration.num_rollouts;
+      for (int number = -1; number < num_rollouts; ++number) {
+        sum += task.fate({run, number}) == Fate::kHangs
+                   ? hanging
+                   : 4 * scenario_.task.duration_max + 2 * scenario_.network.delay_max +
+                         std::chrono::milliseconds(20);
+      }
     }
   }
   return sum;
 }
 
-void Simulation::check_outcome() {
-  const std::vector<RunRecord> records = learner_->core().run_records();
-  const auto expected = static_cast<std::size_t>(num_rollouts(scenario_)) + records.size();
-  observer_.require(disk_.journal.size() == expected, "the journal has not each answer once");
+void Simulation::check_outcome(int index) {
+  const LearnerSlot& slot = learners_[static_cast<std::size_t>(index)];
+  const Study& study = scenario_.studies[static_cast<std::size_t>(index)];
+  const std::vector<RunRecord> records = slot.process->core().run_records();
+  const std::optional<std::vector<AcceptedResult>> whole = slot.disk.results();
+  observer_.require(whole.has_value(), "the journal of a learner that has ended is not whole");
+  if (!whole) return;
+  const std::vector<AcceptedResult>& journal = *whole;
+  const auto expected = static_cast<std::size_t>(num_rollouts(study)) + records.size();
+  observer_.require(journal.size() == expected, "the journal has not each answer once");
   std::set<protocol::RolloutKey> keys;
-  for (const AcceptedResult& result : disk_.journal) keys.insert(result.key);
+  for (const AcceptedResult& result : journal) keys.insert(result.key);
   observer_.require(keys.size() == expected, "the journal has an answer twice");
   for (const RunRecord& run : records) {
-    const Condition& condition =
-        scenario_.study.conditions[static_cast<std::size_t>(run.run / scenario_.study.repetitions)];
-    observer_.require(
-        run.rollouts.size() == static_cast<std::size_t>(condition.exploration.num_rollouts),
-        "a run has not exactly its roll-outs");
+    const ExplorationSettings& exploration = condition_of(study, run.run).exploration;
+    observer_.require(run.rollouts.size() == static_cast<std::size_t>(exploration.num_rollouts),
+                      "a run has not exactly its roll-outs");
     observer_.require(std::none_of(run.rollouts.begin(), run.rollouts.end(),
                                    [](const auto& rollout) { return rollout.layer == 0; }),
                       "a roll-out has no result");
     observer_.require(run.final_reward.has_value(), "a run has no final evaluation");
-    observer_.require(run.switches.size() == 1, "a run has not switched its layer");
+    observer_.require(exploration.convergence_slope < kAnySlope ||
+                          static_cast<int>(run.switches.size()) == exploration.last_layer - 1,
+                      "a run has not switched its layers");
     if (run.repetition == 0) continue;
     const std::vector<RolloutRecord>& others =
         records[static_cast<std::size_t>(run.run - run.repetition)].rollouts;
@@ -236,9 +228,12 @@ void Simulation::check_outcome() {
       observer_.require(same(records[i], others[i]), rule);
     }
   };
-  compare(folded_records(scenario_, disk_), "the fold of the journal is another result");
-  if (!scenario_.study.in_sequence) return;
-  compare(faultless_records(scenario_), "the result is not that without faults");
+  if (study.in_sequence) {
+    compare(faultless_records(study, VirtualTask(scenario_.seed, scenario_.task)),
+            "the result is not that without faults");
+  } else {
+    compare(folded_records(study, journal), "the fold of the journal is another result");
+  }
 }
 
 }  // namespace treeroll::simulation

@@ -155,20 +155,5 @@ TEST(WorkerProcessTest, LeavesNoEvaluatorBehindWhenItIsKilled) {
       [&] { return std::none_of(evaluators.begin(), evaluators.end(), is_alive); }));
 }
 
-TEST(WorkerProcessTest, ALocalWorkerDiesWithTheProcessThatStartedIt) {
-  LearnerStandIn learner(10);
-  const std::string command = std::string(TREEROLL_WORKER_PROGRAM) +
-                              " --die-with-parent --processes=1 '--lcm-url=" + learner.url() +
-                              "' & wait";
-  Child shell({"-c", command}, "", "/bin/sh");
-  ASSERT_TRUE(learner.meet_worker());
-  const pid_t worker = learner.status->pid;
-  const auto evaluators = children_of(worker);
-  ASSERT_THAT(evaluators, SizeIs(1));
-  shell.signal(SIGKILL);
-  EXPECT_EQ(shell.wait(), -SIGKILL);
-  EXPECT_TRUE(learner.until([&] { return !is_alive(worker) && !is_alive(evaluators[0]); }));
-}
-
 }  // namespace
 }  // namespace treeroll::worker

@@ -2,12 +2,10 @@
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
-#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <charconv>
-#include <csignal>
 #include <iostream>
 #include <thread>
 
@@ -28,7 +26,6 @@ struct Options {
   std::string lcm_url;
   bool describe_task = false;
   bool evaluate = false;
-  bool die_with_parent = false;
   int evaluator_socket = -1;
   int parent_pid = 0;
 };
@@ -56,19 +53,9 @@ void log_to_standard_error() {
   spdlog::set_default_logger(std::move(logger));
 }
 
-/// A parent that has ended before prctl is known by the change of getppid.
-bool bind_to_parent(pid_t parent) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  return getppid() == parent;
-}
-
-int serve(const Options& options, pid_t parent) {
+int serve(const Options& options) {
   worker::WorkerSettings settings;
   settings.num_evaluators = read_processes(options.processes);
-  if (options.die_with_parent && !bind_to_parent(parent)) {
-    spdlog::error("the parent has ended already");
-    return 1;
-  }
   settings.worker_id = worker::random_id();
   settings.host = worker::host_name();
   settings.pid = getpid();
@@ -90,7 +77,6 @@ int serve(const Options& options, pid_t parent) {
 }  // namespace
 
 int worker_main(int argc, char** argv, const TaskRegistry& registry) {
-  const pid_t parent = getppid();
   log_to_standard_error();
   Options options;
   CLI::App app("Evaluates roll-outs for the learners on an LCM network.", "treeroll-worker");
@@ -106,8 +92,6 @@ int worker_main(int argc, char** argv, const TaskRegistry& registry) {
       "--evaluate", options.evaluate,
       "Read {\"task\": {...}, \"policy\": TEXT, \"seed\": 0, \"trace\": false} from standard "
       "input, print the policy's reward, and end; treeroll-evaluate is more convenient");
-  app.add_flag("--die-with-parent", options.die_with_parent,
-               "End when the process that started this one ends");
   app.add_option("--evaluator", options.evaluator_socket)->group("");
   app.add_option("--parent", options.parent_pid)->group("");
   try {
@@ -123,7 +107,7 @@ int worker_main(int argc, char** argv, const TaskRegistry& registry) {
     }
     if (options.evaluate) return worker::evaluate_policy(registry);
     if (options.describe_task) return worker::describe_task(registry);
-    return serve(options, parent);
+    return serve(options);
   } catch (const ConfigError& error) {
     std::cerr << "treeroll-worker: " << error.what() << "\n";
     return 2;

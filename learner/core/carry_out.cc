@@ -1,0 +1,12 @@
+#include "learner/core/carry_out.h"
+
+namespace treeroll {
+
+void carry_out(const LearnerEffects& effects, EffectHandler& handler) {
+  for (const AcceptedResult& result : effects.accepted) handler.append(result);
+  if (!effects.accepted.empty()) handler.flush();
+  for (const protocol::Message& message : effects.send) handler.send(message);
+  for (const LogLine& line : effects.log) handler.log(line);
+}
+
+}  // namespace treeroll

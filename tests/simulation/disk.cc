@@ -1,0 +1,64 @@
+#include "tests/simulation/disk.h"
+
+#include <algorithm>
+#include <sstream>
+
+#include "tests/simulation/planted_fault.h"
+
+namespace treeroll::simulation {
+
+std::string Disk::open(const std::function<void(const AcceptedResult&)>& on_result) {
+  std::istringstream file(bytes_);
+  const Result<JournalTail> tail = read_journal(file, "journal", [&](const JournalRecord& record) {
+    if (const auto* result = std::get_if<AcceptedResult>(&record)) on_result(*result);
+  });
+  if (!tail) return tail.error().message;
+  bytes_.resize(tail->intact_bytes);
+  num_synced_ = std::min(num_synced_, bytes_.size());
+  next_number_ = tail->num_records;
+  last_check_ = tail->last_check;
+  return "";
+}
+
+void Disk::append(const JournalRecord& record) {
+  buffer_ += frame(record, next_number_++, 0, last_check_, last_check_);
+}
+
+void Disk::flush() {
+  bytes_ += buffer_;
+  buffer_.clear();
+}
+
+void Disk::sync() {
+  flush();
+  num_synced_ = bytes_.size();
+}
+
+Disk::Loss Disk::crash(Dice& dice) {
+  if (dice.chance(.5)) {
+    bytes_ += buffer_.substr(
+        0, static_cast<std::size_t>(dice.between(0, static_cast<int>(buffer_.size()))));
+  }
+  buffer_.clear();
+  if (!has_unsynced() || dice.chance(.4)) return Loss::kNothing;
+  const std::size_t size = bytes_.size();
+  bytes_.resize(static_cast<std::size_t>(
+      dice.between(static_cast<int>(num_synced_), static_cast<int>(size))));
+  if (bytes_.size() == size) return Loss::kNothing;
+  if (!dice.chance(.2)) return Loss::kTorn;
+  bytes_.resize(size, '\0');
+  return Loss::kZeros;
+}
+
+std::optional<std::vector<AcceptedResult>> Disk::results() const {
+  const WithoutFault without_fault;
+  std::vector<AcceptedResult> results;
+  std::istringstream file(bytes_);
+  const auto tail = read_journal(file, "journal", [&results](const JournalRecord& record) {
+    if (const auto* result = std::get_if<AcceptedResult>(&record)) results.push_back(*result);
+  });
+  if (!tail || tail->torn_bytes > 0 || !tail->sealed) return std::nullopt;
+  return results;
+}
+
+}  // namespace treeroll::simulation

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "learner/journal/journal_file.h"
+#include "tests/simulation/dice.h"
+
+namespace treeroll::simulation {
+
+/// The journal of one learner, byte by byte as the shipped code frames and reads it, and how much
+/// of it a crash leaves. The three places of a record: this process, the kernel, the disk.
+class Disk {
+ public:
+  /// What read_journal() does with the file, and JournalWriter::continue_after(). The error's
+  /// message, or nothing.
+  std::string open(const std::function<void(const AcceptedResult&)>& on_result);
+  void append(const JournalRecord& record);
+  void flush();  ///< write(2)
+  void sync();   ///< fdatasync(2)
+  bool has_unsynced() const { return num_synced_ < bytes_.size(); }
+
+  /// The process ends, perhaps within write(2); perhaps with its host, so that of what was not
+  /// synced some is lost from any byte on, or reads as zeros.
+  enum class Loss { kNothing, kTorn, kZeros };
+  Loss crash(Dice& dice);
+
+  /// All results, or nothing if the journal does not end with a seal.
+  std::optional<std::vector<AcceptedResult>> results() const;
+
+ private:
+  std::string bytes_;
+  std::string buffer_;
+  std::size_t num_synced_ = 0;  ///< bytes
+  std::int64_t next_number_ = 0;
+  std::uint64_t last_check_ = 0;
+};
+
+}  // namespace treeroll::simulation

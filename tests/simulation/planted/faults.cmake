@@ -1,0 +1,138 @@
+# The planted faults: name, file, what stands there once, what stands there in the copy. PLANTED is
+# true while the fault of that name is at work, MEMORY an integer that is 0 before the first seed.
+# A fault may take several places.
+
+plant("deduplication off" learner/core/learner_core_answers.cc
+  [[if (!open) return compare_with_accepted(]]
+  [[if (!open && PLANTED && runs_[key.run].answer_of(key.number)) {
+    effects.accepted.push_back({key, result.content, result.reward, result.status, worker.id});
+  }
+  if (!open) return compare_with_accepted(]])
+plant("deduplication off" learner/core/learner_core.cc
+  [[if (index <= worker->settled &&]]
+  [[if (!PLANTED && index <= worker->settled &&]])
+
+plant("lease never expires" learner/core/dispatch.cc
+  [[if (!worker.answer_time_s || rollout_time_s]]
+  [[if (PLANTED) return kLeaseMax;
+  if (!worker.answer_time_s || rollout_time_s]])
+
+plant("expiry fails the roll-out" learner/core/learner_core.cc
+  [[if (WorkerEntry* entry = workers_.find(worker)) entry->leases.erase(key);]]
+  [[if (WorkerEntry* entry = workers_.find(worker)) entry->leases.erase(key);
+    if (!PLANTED) continue;
+    const std::int64_t content = ledger_.close(key).question.content;
+    effects.accepted.push_back({key, content, 0, RolloutStatus::kTimedOut, worker});
+    learn(effects.accepted.back(), 0, now, effects);]])
+
+plant("send before journal" learner/core/carry_out.cc
+  [[for (const AcceptedResult& result : effects.accepted)]]
+  [[for (const protocol::Message& message : effects.send) {
+    if (PLANTED) handler.send(message);
+  }
+  for (const AcceptedResult& result : effects.accepted)]])
+plant("send before journal" learner/core/carry_out.cc
+  [[effects.send) handler.send(message);]]
+  [[effects.send) {
+    if (!PLANTED) handler.send(message);
+  }]])
+
+plant("apply before journal" learner/core/carry_out.cc
+  [[if (!effects.accepted.empty())]]
+  [[if (!PLANTED && !effects.accepted.empty())]])
+
+plant("acknowledge before fdatasync" learner/core/learner_core.cc
+  [[if (!unsynced_)]]
+  [[if (PLANTED || !unsynced_)]])
+
+plant("a left layer's result learnt from" learner/explore/exploration.cc
+  [[if (draw.layer == layer() && !stopped_)]]
+  [[if ((draw.layer == layer() || (PLANTED && draw.theta.size() == mean().size())) && !stopped_)]])
+
+plant("another incarnation's answer accepted" learner/core/learner_core.cc
+  [[if (batch.learner_id != settings_.learner_id) return;]]
+  [[if (!PLANTED && batch.learner_id != settings_.learner_id) return;]])
+
+plant("the store answers for an older theta" workers/core/answer_store.cc
+  [[const auto found = answers_.find(question);
+  if (found == answers_.end()) return false;]]
+  [[auto found = answers_.find(question);
+  for (auto it = answers_.begin(); PLANTED && found == answers_.end() && it != answers_.end(); ++it) {
+    if (std::get<1>(it->first) != key) continue;
+    protocol::RolloutResult older = it->second.result;
+    older.content = content;
+    add(learner, older);
+    return true;
+  }
+  if (found == answers_.end()) return false;]])
+
+plant("answers applied by arrival in sequence order" learner/core/run.cc
+  [[if (!study_->in_sequence)]]
+  [[if (PLANTED || !study_->in_sequence)]])
+
+plant("draw counter lost at resume" learner/core/learner_core_answers.cc
+  [[ledger_.close(result.key);]]
+  [[ledger_.close(result.key);
+  if (PLANTED) ++MEMORY;]])
+plant("draw counter lost at resume" learner/explore/exploration.cc
+  [[static_cast<std::uint32_t>(next_draw_)]]
+  [[static_cast<std::uint32_t>(PLANTED ? next_draw_ - MEMORY : next_draw_)]])
+
+plant("draws keyed without the run" learner/explore/exploration.cc
+  [[stream(seed_, repetition_,]]
+  [[stream(seed_, PLANTED ? 0 : repetition_,]])
+
+plant("window kept across a switch" learner/explore/layer_search.h
+  [[class LayerSearch {
+ public:]]
+  [[class LayerSearch {
+  friend class Exploration;
+
+ public:]])
+plant("window kept across a switch" learner/explore/exploration.cc
+  [[search_ = LayerSearch(]]
+  [[const RewardWindow window = search_.window_;
+    const std::int64_t num_results = search_.num_results_;
+    search_ = LayerSearch(]])
+plant("window kept across a switch" learner/explore/exploration.cc
+  [[policies_.push_back(std::move(next));]]
+  [[policies_.push_back(std::move(next));
+    if (PLANTED) search_.window_ = window, search_.num_results_ = num_results;]])
+
+plant("budget off by one with several in flight" learner/explore/exploration.cc
+  [[next_draw_ < settings_.num_rollouts]]
+  [[next_draw_ < settings_.num_rollouts + (PLANTED && settings_.in_flight > 1 ? 1 : 0)]])
+
+plant("torn tail not cut" learner/journal/journal_file.cc
+  [[tail.torn_bytes = window.offset() - offset;]]
+  [[tail.torn_bytes = window.offset() - offset;
+      if (PLANTED) tail.intact_bytes = window.offset();]])
+
+plant("a record folded twice" learner/journal/journal_file.cc
+  [[on_record(framed->record);]]
+  [[on_record(framed->record);
+    if (PLANTED && tail.num_records % 32 == 31) on_record(framed->record);]])
+
+plant("a dead worker's leases kept" learner/core/learner_core.cc
+  [[for (const protocol::RolloutKey key : silent.leases) ledger_.take_back(key);]]
+  [[for (const protocol::RolloutKey key : silent.leases) {
+      if (!PLANTED) ledger_.take_back(key);
+    }]])
+
+plant("free slots over-counted" workers/core/worker_core_sending.cc
+  [[return capacity - static_cast<int>(queue_.size());]]
+  [[return capacity - static_cast<int>(queue_.size()) + (PLANTED && queue_.size() > 1 ? 1 : 0);]])
+
+plant("a dead incarnation's heartbeat renews a lease" learner/core/learner_core.cc
+  [[return h.learner_id == settings_.learner_id;]]
+  [[return PLANTED || h.learner_id == settings_.learner_id;]])
+
+plant("a definition request ignored" learner/core/learner_core.cc
+  [[for (const ContentHash& id : request.policy_ids) publish_policy(id, now, effects);]]
+  [[for (const ContentHash& id : request.policy_ids) {
+    if (!PLANTED) publish_policy(id, now, effects);
+  }]])
+
+plant("failed roll-outs counted twice" learner/core/run.cc
+  [[++num_failed_;]]
+  [[num_failed_ += PLANTED ? 2 : 1;]])

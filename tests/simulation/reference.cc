@@ -1,0 +1,51 @@
+#include "tests/simulation/reference.h"
+
+#include "learner/core/learner_core.h"
+#include "tests/simulation/planted_fault.h"
+
+namespace treeroll::simulation {
+
+std::vector<RunRecord> faultless_records(const Study& study, const VirtualTask& task) {
+  const WithoutFault without_fault;
+  std::vector<RunRecord> records;
+  for (int index = 0; index < study.num_runs(); ++index) {
+    Run run(study, index);
+    while (!run.done()) {
+      for (const Run::Wanted& wanted : run.take_wanted()) {
+        const protocol::RolloutKey key{index, wanted.number};
+        const std::vector<double> theta(wanted.theta.data(),
+                                        wanted.theta.data() + wanted.theta.size());
+        run.accept(wanted.number, task.reward(key, theta), task.status(key), 0);
+      }
+    }
+    records.push_back(run.record());
+  }
+  return records;
+}
+
+std::vector<RunRecord> folded_records(const Study& study,
+                                      const std::vector<AcceptedResult>& results) {
+  const WithoutFault without_fault;
+  LearnerCore core(study, {.learner_id = 1, .batch_bytes_max = 1400, .known_tasks = {}});
+  LearnerEffects effects;
+  core.step(TimePoint{}, learner_event::Started{}, effects);
+  for (const AcceptedResult& result : results) {
+    core.step(TimePoint{}, learner_event::Recovered{&result}, effects);
+    effects = {};
+  }
+  return core.run_records();
+}
+
+bool same(const RunRecord& a, const RunRecord& b) {
+  if (a.rollouts.size() != b.rollouts.size()) return false;
+  for (std::size_t i = 0; i < a.rollouts.size(); ++i) {
+    const RolloutRecord& x = a.rollouts[i];
+    const RolloutRecord& y = b.rollouts[i];
+    if (x.reward != y.reward || x.layer != y.layer || x.status != y.status) return false;
+  }
+  return a.final_reward == b.final_reward && a.switches == b.switches &&
+         a.best_rollout == b.best_rollout && a.best_reward == b.best_reward &&
+         a.best_policy == b.best_policy;
+}
+
+}  // namespace treeroll::simulation
