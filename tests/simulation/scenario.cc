@@ -105,8 +105,8 @@ void draw_incidents(Dice& dice, Scenario& scenario, Duration length) {
                                       ? std::min<Duration>(habit.length_max, milliseconds(100))
                                       : habit.length_max;
       incident.length = dice.between(Duration{}, length_max);
-      const bool of_learner = habit.kind >= Kind::kLearnerCrash;
-      const std::size_t num_slots = of_learner ? scenario.studies.size() : scenario.workers.size();
+      const std::size_t num_slots =
+          incident.befalls_learner() ? scenario.studies.size() : scenario.workers.size();
       incident.slot = dice.between(0, static_cast<int>(num_slots) - 1);
       scenario.incidents.push_back(incident);
     }

@@ -40,6 +40,8 @@ struct Incident {
   TimePoint time;
   Duration length{};
   int slot = 0;  ///< of the worker, or of the learner
+
+  bool befalls_learner() const { return kind >= Kind::kLearnerCrash; }
 };
 
 struct WorkerPlan {

@@ -128,6 +128,10 @@ void Simulation::remove_worker(int slot, Duration rejoins_after) {
 }
 
 void Simulation::strike(const Incident& incident) {
+  incident.befalls_learner() ? strike_learner(incident) : strike_worker(incident);
+}
+
+void Simulation::strike_worker(const Incident& incident) {
   const auto place = static_cast<std::size_t>(incident.slot);
   SimulatedWorker* worker = workers_[place].get();
   const TimePoint end = schedule_.now() + incident.length;
@@ -154,7 +158,7 @@ void Simulation::strike(const Incident& incident) {
     case Kind::kLearnerCrash:
     case Kind::kLearnerExit:
     case Kind::kLearnerStop:
-      return strike_learner(incident);
+      return;
   }
 }
 

@@ -30,6 +30,7 @@ class Simulation {
   void restart_learner(int index);
   void learner_ended(int index);
   void strike(const Incident& incident);
+  void strike_worker(const Incident& incident);
   void strike_learner(const Incident& incident);
   /// Virtual time in which what is left when the faults stop must be done.
   Duration patience() const;
