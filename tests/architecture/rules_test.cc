@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -97,6 +98,8 @@ struct Planted {
   std::string line;
   std::string advice;
 };
+
+void PrintTo(const Planted& planted, std::ostream* out) { *out << planted.line; }
 
 class CoreWordsTest : public ::testing::TestWithParam<Planted> {};
 
