@@ -1,6 +1,7 @@
 #include "learner/report/statistics.h"
 
 #include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <cstddef>
@@ -30,6 +31,24 @@ std::optional<Interval> mean_interval_95(const std::vector<double>& values) {
   const boost::math::students_t distribution(n - 1);
   const double half_width = boost::math::quantile(distribution, .975) * deviation / std::sqrt(n);
   return Interval{.low = centre - half_width, .high = centre + half_width};
+}
+
+Interval share_interval_95(int successes, int trials) {
+  using boost::math::binomial;
+  return {.low = binomial::find_lower_bound_on_p(trials, successes, .025),
+          .high = binomial::find_upper_bound_on_p(trials, successes, .025)};
+}
+
+std::optional<Quartiles> quartiles(std::vector<double> values) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  const auto at = [&values](double share) {
+    const double place = share * static_cast<double>(values.size() - 1);
+    const auto below = static_cast<std::size_t>(place);
+    const std::size_t above = std::min(below + 1, values.size() - 1);
+    return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
+  };
+  return Quartiles{.low = at(.25), .median = at(.5), .high = at(.75)};
 }
 
 }  // namespace treeroll

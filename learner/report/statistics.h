@@ -15,9 +15,22 @@ struct Interval {
 /// and about normal. Nothing for fewer than two values, which say nothing about their spread.
 std::optional<Interval> mean_interval_95(const std::vector<double>& values);
 
+/// A share of successes in trials: exact binomial limits (Clopper and Pearson), 95 %.
+/// Precondition: 0 <= successes <= trials, trials > 0.
+Interval share_interval_95(int successes, int trials);
+
 /// Nothing for no value.
 std::optional<double> mean(const std::vector<double>& values);
 /// The middle one, or the mean of the two in the middle. Nothing for no value.
 std::optional<double> median(std::vector<double> values);
+
+struct Quartiles {
+  double low = 0;
+  double median = 0;
+  double high = 0;
+  bool operator==(const Quartiles&) const = default;
+};
+/// By linear interpolation between the ordered values (R's type 7). Nothing for no value.
+std::optional<Quartiles> quartiles(std::vector<double> values);
 
 }  // namespace treeroll

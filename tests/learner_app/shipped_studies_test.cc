@@ -139,6 +139,14 @@ TEST(ShippedStudiesTest, TheSpiralComparesTwoLayoutsOfOneStart) {
   EXPECT_EQ(study.conditions[0].layout, ThetaLayout::kMeansCholesky);
   EXPECT_EQ(study.conditions[1].layout, ThetaLayout::kMeansPourahmadi);
   EXPECT_EQ(study.conditions[0].start.finest().num_components(), 6);
+  // Table A-1.
+  for (const auto& condition : study.conditions) {
+    EXPECT_EQ(condition.exploration.num_rollouts, 1000);
+    EXPECT_EQ(condition.exploration.first_update, 20);
+    EXPECT_EQ(condition.exploration.best_considered, 10);
+    EXPECT_EQ(condition.exploration.minimum_noise_fraction, 1e-3);
+    EXPECT_EQ(condition.exploration.noise_variance, (std::vector<double>{.15, .5, .5, .1, .1}));
+  }
 }
 
 TEST(ShippedStudiesTest, TheQuickstartHasSeveralTreeRuns) {

@@ -1,0 +1,155 @@
+#include "learner/app/claims_file.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "common/base/settings_reader.h"
+#include "learner/app/study_error.h"
+#include "learner/app/toml_source.h"
+
+namespace treeroll {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kConditionsMax = 100;
+constexpr int kRolloutMax = 100'000'000;
+
+Measure read_measure(SettingsReader& reader) {
+  static const std::map<std::string, MeasureKind> kKinds = {
+      {"near", MeasureKind::kNear},
+      {"mean", MeasureKind::kMean},
+      {"best", MeasureKind::kBest},
+      {"final", MeasureKind::kFinal},
+      {"switch", MeasureKind::kSwitch},
+      {"before_switch", MeasureKind::kBeforeSwitch},
+      {"after_switch", MeasureKind::kAfterSwitch}};
+  Measure measure;
+  measure.kind = kKinds.at(reader.choice(
+      "measure", {"near", "mean", "best", "final", "switch", "before_switch", "after_switch"},
+      "near"));
+  const bool has_place = measure.kind == MeasureKind::kNear || measure.kind == MeasureKind::kMean ||
+                         measure.kind == MeasureKind::kBest;
+  if (has_place) measure.rollout = static_cast<int>(reader.integer("rollout", 1, kRolloutMax));
+  if (measure.kind == MeasureKind::kNear && measure.rollout < 5) {
+    reader.refuse("rollout", "must be at least 5: near means the five roll-outs up to it");
+  }
+  if (measure.kind == MeasureKind::kMean) {
+    measure.from = static_cast<int>(reader.integer("from", 1, measure.rollout));
+  }
+  return measure;
+}
+
+void read_kind(SettingsReader& reader, Claim& claim) {
+  static const std::map<std::string, ClaimKind> kKinds = {
+      {"greater", ClaimKind::kGreater}, {"equal_within", ClaimKind::kEqualWithin},
+      {"highest", ClaimKind::kHighest}, {"lowest", ClaimKind::kLowest},
+      {"growing", ClaimKind::kGrowing}, {"falling", ClaimKind::kFalling},
+      {"share", ClaimKind::kShare},     {"within", ClaimKind::kWithin},
+      {"spread", ClaimKind::kSpread}};
+  claim.kind =
+      kKinds.at(reader.choice("kind", {"greater", "equal_within", "highest", "lowest", "growing",
+                                       "falling", "share", "within", "spread"}));
+  switch (claim.kind) {
+    case ClaimKind::kGreater:
+      claim.paired = reader.boolean("paired", false);
+      break;
+    case ClaimKind::kEqualWithin:
+      claim.margin = reader.number("margin", kPositive);
+      break;
+    case ClaimKind::kShare:
+      claim.share_min = reader.number("share_min", {.min = 0, .max = 1}, 0);
+      claim.share_max = reader.number("share_max", {.min = claim.share_min, .max = 1}, 1);
+      [[fallthrough]];
+    case ClaimKind::kWithin:
+      claim.low = reader.number("low", kAnyNumber);
+      claim.high = reader.number("high", {.min = claim.low});
+      break;
+    case ClaimKind::kSpread:
+      claim.others = reader.strings("others", kConditionsMax);
+      break;
+    default:
+      break;
+  }
+}
+
+void check_conditions(SettingsReader& reader, const Claim& claim) {
+  const std::size_t count = claim.conditions.size();
+  if (claim.kind == ClaimKind::kGreater && count != 2) {
+    reader.refuse("conditions", "must be two: the first is claimed to be greater");
+  }
+  if (claim.kind == ClaimKind::kWithin && count != 1) reader.refuse("conditions", "must be one");
+  const bool alone = claim.kind == ClaimKind::kWithin || claim.kind == ClaimKind::kShare;
+  if (!alone && count < 2) reader.refuse("conditions", "must be at least two");
+  if (claim.kind == ClaimKind::kSpread && claim.others.size() < 2) {
+    reader.refuse("others", "must be at least two");
+  }
+}
+
+std::string put(std::string text, const std::string& word) {
+  for (std::size_t at = text.find("{}"); at != std::string::npos;
+       at = text.find("{}", at + word.size())) {
+    text.replace(at, 2, word);
+  }
+  return text;
+}
+
+Claim for_word(Claim claim, const std::string& word) {
+  claim.text = put(claim.text, word);
+  claim.figure = put(claim.figure, word);
+  for (std::string& condition : claim.conditions) condition = put(condition, word);
+  for (std::string& condition : claim.others) condition = put(condition, word);
+  return claim;
+}
+
+void read_claim(SettingsReader& reader, std::vector<Claim>& claims) {
+  Claim claim;
+  claim.text = reader.string("text");
+  claim.section = reader.string("section");
+  claim.study = reader.string("study");
+  claim.conditions = reader.strings("conditions", kConditionsMax);
+  claim.figure = reader.string("figure", "");
+  read_kind(reader, claim);
+  claim.measure = read_measure(reader);
+  claim.against = claim.measure;
+  if (reader.has("against")) {
+    SettingsReader against = reader.table("against");
+    claim.against = read_measure(against);
+    against.finish();
+  }
+  std::vector<std::string> words;
+  if (reader.has("each")) words = reader.strings("each", kConditionsMax);
+  reader.finish();
+  check_conditions(reader, claim);
+  if (words.empty()) claims.push_back(claim);
+  for (const std::string& word : words) claims.push_back(for_word(claim, word));
+}
+
+}  // namespace
+
+std::vector<Claim> read_claims(const std::filesystem::path& path) {
+  json content;
+  const SettingOrigins origins = read_toml_file(path, content);
+  try {
+    for (const auto& [key, value] : content.items()) {
+      if (key != "claims" || !value.is_array() || value.empty()) {
+        throw ConfigError(key, "", "a file of claims holds [[claims]] and nothing else");
+      }
+    }
+    std::vector<Claim> claims;
+    for (std::size_t i = 0; i < content["claims"].size(); ++i) {
+      const std::string key = "claims[" + std::to_string(i) + "]";
+      if (!content["claims"][i].is_object()) throw ConfigError(key, "", "must be a table");
+      json resolved;
+      SettingsReader reader(content["claims"][i], key, resolved);
+      read_claim(reader, claims);
+    }
+    return claims;
+  } catch (const ConfigError& error) {
+    throw StudyError(origin_of(origins, error.key()), error);
+  }
+}
+
+}  // namespace treeroll

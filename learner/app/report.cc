@@ -1,0 +1,125 @@
+#include "learner/app/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "common/base/config_error.h"
+#include "learner/app/claims_file.h"
+#include "learner/report/atomic_file.h"
+#include "learner/report/report_sections.h"
+
+namespace treeroll {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Two studies of one name, of two seeds say, are told apart by their place on the command line.
+std::vector<StudyResults> read_studies(const std::vector<fs::path>& directories) {
+  std::vector<StudyResults> studies;
+  std::map<std::string, int> counts;
+  for (const fs::path& directory : directories) {
+    StudyResults study = read_study_results(directory);
+    if (const int count = ++counts[study.name]; count > 1) {
+      study.name += fmt::format(" ({})", count);
+    }
+    studies.push_back(std::move(study));
+  }
+  return studies;
+}
+
+struct Chosen {
+  const StudyResults* study;
+  std::string condition;
+};
+
+/// CONDITION or STUDY:CONDITION of the command line.
+Chosen choose(const std::vector<StudyResults>& studies, const std::string& argument) {
+  std::vector<Chosen> found;
+  for (const StudyResults& study : studies) {
+    for (const std::string& condition : conditions_of(study)) {
+      if (argument == condition || argument == study.name + ":" + condition) {
+        found.push_back({&study, condition});
+      }
+    }
+  }
+  if (found.size() == 1) return found.front();
+  throw ConfigError("--compare", argument,
+                    found.empty() ? "no study given has this condition"
+                                  : "several studies have this condition: write STUDY:CONDITION");
+}
+
+std::vector<Comparison> comparisons(const ReportOptions& options,
+                                    const std::vector<StudyResults>& studies) {
+  if (!options.compare.empty()) {
+    const Chosen a = choose(studies, options.compare.at(0));
+    const Chosen b = choose(studies, options.compare.at(1));
+    return {compare(a.study->name + ":" + a.condition, runs_of(*a.study, a.condition),
+                    b.study->name + ":" + b.condition, runs_of(*b.study, b.condition),
+                    a.study == b.study)};
+  }
+  if (!options.claims_file.empty()) return {};
+  if (studies.size() == 2) return comparisons_between(studies[0], studies[1]);
+  std::vector<Comparison> all;
+  for (const StudyResults& study : studies) {
+    for (Comparison& comparison : comparisons_within(study)) {
+      if (studies.size() > 1) {
+        comparison.a = study.name + ":" + comparison.a;
+        comparison.b = study.name + ":" + comparison.b;
+      }
+      all.push_back(std::move(comparison));
+    }
+  }
+  return all;
+}
+
+void print_claims(const std::vector<Claim>& claims, const std::vector<ClaimResult>& results) {
+  std::map<Verdict, int> counts;
+  for (std::size_t i = 0; i < claims.size(); ++i) {
+    ++counts[results[i].verdict];
+    fmt::print("{:<14} {:<6} {}\n", name(results[i].verdict), claims[i].section, claims[i].text);
+  }
+  fmt::print("{} claims: {} hold, {} do not, {} inconclusive, {} not measured\n", claims.size(),
+             counts[Verdict::kHolds], counts[Verdict::kFails], counts[Verdict::kInconclusive],
+             counts[Verdict::kNotMeasured]);
+}
+
+void print_comparisons(const std::vector<Comparison>& comparisons) {
+  for (const Comparison& comparison : comparisons) {
+    if (!comparison.end) continue;
+    const TestResult& end = *comparison.end;
+    fmt::print("{} - {}: {:+.3f} [{:.3f}, {:.3f}] near the end, p {:.2g}\n", comparison.a,
+               comparison.b, end.difference, end.interval_95.low, end.interval_95.high, end.p);
+  }
+}
+
+}  // namespace
+
+void write_report(const ReportOptions& options) {
+  const std::vector<Claim> claims =
+      options.claims_file.empty() ? std::vector<Claim>{} : read_claims(options.claims_file);
+  const std::vector<StudyResults> studies = read_studies(options.directories);
+  std::vector<ClaimResult> results;
+  for (const Claim& claim : claims) results.push_back(judge(claim, studies));
+  const std::vector<Comparison> compared = comparisons(options, studies);
+
+  Document document{.title = "Report", .sections = {}};
+  const std::vector<Picture> figures;
+  if (!claims.empty()) document.sections.push_back(claims_section(claims, results, figures));
+  if (!compared.empty()) document.sections.push_back(comparison_section("Comparisons", compared));
+  for (const StudyResults& study : studies) {
+    document.sections.push_back(study_section(study, figures));
+  }
+
+  fs::create_directories(options.output);
+  write_atomically(options.output / "report.html", to_html(document));
+  write_atomically(options.output / "report.md", to_markdown(document));
+  write_atomically(options.output / "report.json", report_json(claims, results, studies, compared));
+  if (!claims.empty()) print_claims(claims, results);
+  print_comparisons(compared);
+  fmt::print("{}\n", (options.output / "report.html").string());
+}
+
+}  // namespace treeroll

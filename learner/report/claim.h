@@ -1,0 +1,61 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "learner/report/measure.h"
+#include "learner/report/statistics.h"
+#include "learner/report/study_results.h"
+
+namespace treeroll {
+
+/// What a claim says of its conditions' measure, and how that is tested at the level of 5 %:
+enum class ClaimKind {
+  kGreater,      ///< first > second: one-sided Welch, or paired
+  kEqualWithin,  ///< all differ by less than `margin`: TOST of every pair, the largest p
+  kHighest,      ///< first > every other: the largest p of the one-sided tests
+  kLowest,       ///< first < every other
+  kGrowing,      ///< grows from condition to condition: Spearman's trend
+  kFalling,
+  kShare,   ///< the share of runs whose measure is in [low, high] is in [share_min, share_max]
+  kWithin,  ///< mean in [low, high], by its 95 % interval
+  kSpread,  ///< the means of `conditions` spread more than those of `others`
+};
+
+/// A row of a claims file.
+struct Claim {
+  std::string text;
+  std::string section;  ///< where it is made: "4-1-2"
+  ClaimKind kind = ClaimKind::kGreater;
+  std::string study;                    ///< of conditions that name none
+  std::vector<std::string> conditions;  ///< CONDITION or STUDY:CONDITION
+  std::vector<std::string> others;      ///< of kSpread
+  Measure measure;                      ///< of the first condition
+  Measure against;                      ///< of the others
+  bool paired = false;                  ///< kGreater: by repetition
+  double margin = 0;
+  double low = 0;
+  double high = 0;
+  double share_min = 0;
+  double share_max = 1;
+  std::string figure;  ///< id of one that shows it; may be empty
+};
+
+enum class Verdict { kHolds, kFails, kInconclusive, kNotMeasured };
+/// holds, does not hold, inconclusive, not measured.
+std::string name(Verdict verdict);
+
+struct ClaimResult {
+  Verdict verdict = Verdict::kNotMeasured;
+  std::string measured;     ///< figures in words, or why there are none
+  std::string n;            ///< repetitions that have the measure: "30, 30"; "29 of 30, 30"
+  std::optional<double> p;  ///< of the claim; small speaks for it
+  std::optional<Interval> interval;  ///< 95 %, of the difference, mean or share that counts
+};
+
+/// Does not throw for what is not there: a study, a condition, a roll-out not given make the claim
+/// "not measured" and `measured` says what lacks.
+ClaimResult judge(const Claim& claim, const std::vector<StudyResults>& studies);
+
+}  // namespace treeroll

@@ -1,0 +1,86 @@
+#include "learner/report/measure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+
+#include "common/base/check.h"
+#include "learner/report/run_counts.h"
+
+namespace treeroll {
+namespace {
+
+constexpr int kNearby = 5;
+
+/// Of the roll-outs from `begin` to before `end`, counted from 0, all of which must be there.
+std::optional<double> mean_reward(const RunRecord& run, int begin, int end) {
+  if (begin < 0 || begin >= end || end > static_cast<int>(run.rollouts.size())) return {};
+  double sum = 0;
+  for (int i = begin; i < end; ++i) {
+    const RolloutRecord& rollout = run.rollouts[static_cast<std::size_t>(i)];
+    if (!is_applied(rollout)) return {};
+    sum += rollout.reward;
+  }
+  return sum / (end - begin);
+}
+
+std::optional<double> best_reward(const RunRecord& run, int end) {
+  if (end > static_cast<int>(run.rollouts.size()) || end == 0) return {};
+  double best = 0;
+  for (int i = 0; i < end; ++i) {
+    best = std::max(best, run.rollouts[static_cast<std::size_t>(i)].reward);
+  }
+  return best;
+}
+
+}  // namespace
+
+std::optional<double> measure(const RunRecord& run, const Measure& measure) {
+  const int num_rollouts = static_cast<int>(run.rollouts.size());
+  const int end = measure.rollout > 0 ? measure.rollout : num_rollouts;
+  switch (measure.kind) {
+    case MeasureKind::kNear:
+      return mean_reward(run, end - kNearby, end);
+    case MeasureKind::kMean:
+      return mean_reward(run, measure.from - 1, end);
+    case MeasureKind::kBest:
+      return best_reward(run, end);
+    case MeasureKind::kFinal:
+      return run.final_reward;
+    case MeasureKind::kSwitch:
+      if (num_rollouts == 0) return {};
+      return run.switches.empty() ? num_rollouts : run.switches.front() + 1;
+    case MeasureKind::kBeforeSwitch:
+      if (run.switches.empty()) return {};
+      return mean_reward(run, run.switches.front() + 1 - kNearby, run.switches.front() + 1);
+    case MeasureKind::kAfterSwitch:
+      if (run.switches.empty()) return {};
+      return mean_reward(run, run.switches.front() + 1, run.switches.front() + 1 + kNearby);
+  }
+  CHECK(false, "a MeasureKind outside its enumeration");
+}
+
+std::string describe(const Measure& measure) {
+  const std::string place =
+      measure.rollout > 0 ? fmt::format("roll-out {}", measure.rollout) : "the last roll-out";
+  switch (measure.kind) {
+    case MeasureKind::kNear:
+      return "reward near " + place;
+    case MeasureKind::kMean:
+      return fmt::format("mean reward from roll-out {} to {}", measure.from, place);
+    case MeasureKind::kBest:
+      return "best reward up to " + place;
+    case MeasureKind::kFinal:
+      return "reward of the final mean policy";
+    case MeasureKind::kSwitch:
+      return "roll-outs before the first switch";
+    case MeasureKind::kBeforeSwitch:
+      return "reward of the five roll-outs up to the switch";
+    case MeasureKind::kAfterSwitch:
+      return "reward of the five roll-outs after the switch";
+  }
+  CHECK(false, "a MeasureKind outside its enumeration");
+}
+
+}  // namespace treeroll

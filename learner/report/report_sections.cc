@@ -1,0 +1,237 @@
+#include "learner/report/report_sections.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <map>
+
+#include "learner/report/run_counts.h"
+#include "learner/report/summary.h"
+
+namespace treeroll {
+namespace {
+
+constexpr std::size_t kAllPairsMax = 6;
+
+std::string number(const std::optional<double>& value) {
+  return value ? fmt::format("{:.3f}", *value) : "-";
+}
+std::string text(const std::optional<Interval>& interval) {
+  return interval ? fmt::format("[{:.3f}, {:.3f}]", interval->low, interval->high) : "-";
+}
+std::string text_of_p(const std::optional<double>& p) {
+  if (!p) return "-";
+  return *p < 1e-6 ? "< 1e-6" : fmt::format("{:.2g}", *p);
+}
+
+std::vector<double> present(const std::vector<const RunRecord*>& runs, const Measure& wanted) {
+  std::vector<double> values;
+  for (const RunRecord* run : runs) {
+    if (const auto value = measure(*run, wanted)) values.push_back(*value);
+  }
+  return values;
+}
+
+Table reward_table(const StudyResults& study) {
+  Table table{.columns = {"condition", "runs", "near the end: mean", "95 %", "median",
+                          "best roll-out: mean", "95 %", "mean policy: mean", "95 %", "roll-outs",
+                          "failed roll-outs", "runs without an end"},
+              .rows = {}};
+  for (const ConditionSummary& summary : summarize(study.runs)) {
+    const auto runs = runs_of(study, summary.condition);
+    const auto end = present(runs, {});
+    const auto final_rewards = present(runs, {.kind = MeasureKind::kFinal});
+    const auto lacking = runs.size() - final_rewards.size();
+    table.rows.push_back({{summary.condition, ""},
+                          {std::to_string(summary.num_runs), ""},
+                          {number(mean(end)), ""},
+                          {text(mean_interval_95(end)), ""},
+                          {number(median(end)), ""},
+                          {number(summary.mean_best_reward), ""},
+                          {text(summary.interval_95), ""},
+                          {number(mean(final_rewards)), ""},
+                          {text(mean_interval_95(final_rewards)), ""},
+                          {std::to_string(summary.num_rollouts), ""},
+                          {std::to_string(summary.num_failed), ""},
+                          {std::to_string(lacking), ""}});
+  }
+  return table;
+}
+
+/// Over the runs that switched.
+Table switch_table(const StudyResults& study) {
+  Table table{.columns = {"condition", "runs that switched", "lower quartile", "median",
+                          "upper quartile", "switches"},
+              .rows = {}};
+  for (const ConditionSummary& summary : summarize(study.runs)) {
+    if (summary.num_switches == 0) continue;
+    std::vector<double> first;
+    for (const RunRecord* run : runs_of(study, summary.condition)) {
+      if (!run->switches.empty()) first.push_back(run->switches.front() + 1);
+    }
+    const auto found = quartiles(first);
+    table.rows.push_back({{summary.condition, ""},
+                          {fmt::format("{} of {}", first.size(), summary.num_runs), ""},
+                          {fmt::format("{:g}", found->low), ""},
+                          {fmt::format("{:g}", found->median), ""},
+                          {fmt::format("{:g}", found->high), ""},
+                          {std::to_string(summary.num_switches), ""}});
+  }
+  return table;
+}
+
+std::string figure_of(const Claim& claim, const std::vector<Picture>& figures) {
+  const std::string id = to_id(claim.study + "-" + claim.figure);
+  const bool there = !claim.figure.empty() &&
+                     std::any_of(figures.begin(), figures.end(),
+                                 [&id](const Picture& picture) { return picture.id == id; });
+  return there ? id : to_id(claim.study);
+}
+
+}  // namespace
+
+Section claims_section(const std::vector<Claim>& claims, const std::vector<ClaimResult>& results,
+                       const std::vector<Picture>& figures) {
+  Section section{.id = "claims", .title = "Claims", .blocks = {}};
+  std::map<Verdict, int> counts;
+  Table table{.columns = {"claim", "section", "what was measured", "n", "95 % interval", "p",
+                          "verdict", "figure"},
+              .rows = {}};
+  for (std::size_t i = 0; i < claims.size(); ++i) {
+    const ClaimResult& result = results[i];
+    ++counts[result.verdict];
+    const bool measured = result.verdict != Verdict::kNotMeasured;
+    const std::string what =
+        measured ? describe(claims[i].measure) + ": " + result.measured : result.measured;
+    table.rows.push_back(
+        {{claims[i].text, ""},
+         {claims[i].section, ""},
+         {what, ""},
+         {result.n.empty() ? "-" : result.n, ""},
+         {text(result.interval), ""},
+         {text_of_p(result.p), ""},
+         {name(result.verdict), ""},
+         {measured ? claims[i].study : "-", measured ? figure_of(claims[i], figures) : ""}});
+  }
+  section.blocks.emplace_back(fmt::format(
+      "Of {} claims {} hold, {} do not, {} are inconclusive and {} were not measured. A claim "
+      "holds "
+      "if its test rejects the opposite at the level of 5 %, and does not if the claim itself is "
+      "rejected; p speaks for a claim where it is small, and is not corrected for the number of "
+      "claims. \"Near\" a roll-out is the mean of the five up to it.",
+      claims.size(), counts[Verdict::kHolds], counts[Verdict::kFails],
+      counts[Verdict::kInconclusive], counts[Verdict::kNotMeasured]));
+  section.blocks.emplace_back(std::move(table));
+  return section;
+}
+
+Section study_section(const StudyResults& study, const std::vector<Picture>& figures) {
+  Section section{.id = to_id(study.name), .title = "Study " + study.name, .blocks = {}};
+  section.blocks.emplace_back(
+      "Rewards of roll-outs are of perturbed policies; those of the mean policy are evaluated "
+      "apart "
+      "from the budget. Intervals are of the mean over repetitions, by Student's t. A failed "
+      "roll-out "
+      "counts with reward 0; a run without an end was stopped before its final policy was "
+      "evaluated.");
+  section.blocks.emplace_back(reward_table(study));
+  if (Table switches = switch_table(study); !switches.rows.empty()) {
+    section.blocks.emplace_back(
+        "Roll-outs before the first switch of layer, over the runs that switched:");
+    section.blocks.emplace_back(std::move(switches));
+  }
+  for (const Picture& figure : figures) section.blocks.emplace_back(figure);
+  return section;
+}
+
+Section comparison_section(const std::string& title, const std::vector<Comparison>& comparisons) {
+  Section section{.id = to_id(title), .title = title, .blocks = {}};
+  section.blocks.emplace_back(
+      "p is of the one-sided Welch test that the first is greater near the last roll-out, with "
+      "Holm's "
+      "correction over this table beside it; the paired p takes repetitions that share their "
+      "random "
+      "numbers together. The last columns count the roll-outs at which the first is ahead with p < "
+      ".05, plain and corrected over all roll-outs.");
+  std::vector<double> p;
+  for (const Comparison& comparison : comparisons) {
+    if (comparison.end) p.push_back(comparison.end->p);
+  }
+  const std::vector<double> adjusted = holm(p);
+  Table table{.columns = {"first", "second", "n", "mean", "mean", "difference, 95 %", "p",
+                          "p (Holm)", "paired p", "Hedges' g", "roll-outs ahead", "(Holm)"},
+              .rows = {}};
+  std::size_t tested = 0;
+  for (const Comparison& comparison : comparisons) {
+    const auto ahead = [](const std::vector<double>& values) {
+      const auto count =
+          std::count_if(values.begin(), values.end(), [](double value) { return value < .05; });
+      return fmt::format("{} of {}", count, values.size());
+    };
+    std::optional<double> p_end;
+    std::optional<double> p_holm;
+    std::optional<Interval> interval;
+    if (comparison.end) {
+      p_end = comparison.end->p;
+      p_holm = adjusted[tested++];
+      interval = comparison.end->interval_95;
+    }
+    std::optional<double> p_paired;
+    if (comparison.paired) p_paired = comparison.paired->p;
+    table.rows.push_back({{comparison.a, ""},
+                          {comparison.b, ""},
+                          {fmt::format("{}, {}", comparison.num_a, comparison.num_b), ""},
+                          {number(comparison.mean_a), ""},
+                          {number(comparison.mean_b), ""},
+                          {text(interval), ""},
+                          {text_of_p(p_end), ""},
+                          {text_of_p(p_holm), ""},
+                          {text_of_p(p_paired), ""},
+                          {number(comparison.g), ""},
+                          {ahead(comparison.p), ""},
+                          {ahead(comparison.p_holm), ""}});
+  }
+  section.blocks.emplace_back(std::move(table));
+  return section;
+}
+
+std::vector<Comparison> comparisons_within(const StudyResults& study) {
+  const std::vector<std::string> conditions = conditions_of(study);
+  std::vector<Comparison> comparisons;
+  const auto add = [&](const std::string& a, const std::string& b) {
+    comparisons.push_back(compare(a, runs_of(study, a), b, runs_of(study, b), true));
+  };
+  if (conditions.size() <= kAllPairsMax) {
+    for (std::size_t i = 0; i < conditions.size(); ++i) {
+      for (std::size_t j = i + 1; j < conditions.size(); ++j) add(conditions[i], conditions[j]);
+    }
+    return comparisons;
+  }
+  const auto end = [&](const std::string& condition) {
+    return mean(present(runs_of(study, condition), {})).value_or(-1);
+  };
+  const auto best = *std::max_element(
+      conditions.begin(), conditions.end(),
+      [&](const std::string& a, const std::string& b) { return end(a) < end(b); });
+  for (const std::string& condition : conditions) {
+    if (condition != best) add(best, condition);
+  }
+  return comparisons;
+}
+
+std::vector<Comparison> comparisons_between(const StudyResults& a, const StudyResults& b) {
+  std::vector<Comparison> comparisons;
+  for (const std::string& condition : conditions_of(a)) {
+    const auto others = runs_of(b, condition);
+    if (others.empty()) continue;
+    // Whether two studies share their seed is not in their results: no pairs.
+    comparisons.push_back(compare(a.name + ":" + condition, runs_of(a, condition),
+                                  b.name + ":" + condition, others, false));
+  }
+  return comparisons;
+}
+
+}  // namespace treeroll

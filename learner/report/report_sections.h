@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include "learner/report/claim.h"
+#include "learner/report/comparison.h"
+#include "learner/report/document.h"
+#include "learner/report/study_results.h"
+
+namespace treeroll {
+
+/// The parts of a report. Figures that do not exist are "-", failed runs are counted, never left
+/// out.
+
+/// A row a claim, with how many hold, do not, are inconclusive, are not measured.
+/// @param figures  pictures of the document; a claim is linked to the one that its `figure` names,
+///                 within its study, or else to its study
+Section claims_section(const std::vector<Claim>& claims, const std::vector<ClaimResult>& results,
+                       const std::vector<Picture>& figures);
+
+/// Rewards of roll-outs and of the mean policy, failures and switches of a study's conditions.
+Section study_section(const StudyResults& study, const std::vector<Picture>& figures);
+
+/// The comparisons at the end of learning, Holm's correction over them, then p over roll-outs.
+Section comparison_section(const std::string& title, const std::vector<Comparison>& comparisons);
+
+/// Which conditions of a study to compare: all pairs of at most six, else each with the best.
+std::vector<Comparison> comparisons_within(const StudyResults& study);
+/// Conditions of the same name in both.
+std::vector<Comparison> comparisons_between(const StudyResults& a, const StudyResults& b);
+
+/// Everything as one JSON object: claims, studies, comparisons; null for what does not exist.
+std::string report_json(const std::vector<Claim>& claims, const std::vector<ClaimResult>& results,
+                        const std::vector<StudyResults>& studies,
+                        const std::vector<Comparison>& comparisons);
+
+}  // namespace treeroll

@@ -1,0 +1,191 @@
+#include "learner/report/study_results.h"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+#include "learner/report/csv_reader.h"
+#include "learner/report/run_counts.h"
+#include "learner/report/whole_file.h"
+
+namespace treeroll {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kRunsMax = 100'000;
+constexpr int kRolloutsMax = 100'000'000;
+/// Applied as results arrive, a run that was stopped lacks at most those that were in flight.
+constexpr std::int64_t kGapsMax = 1'000'000;
+
+enum RunColumn {
+  kCondition,
+  kRepetition,
+  kRun,
+  kRollouts,
+  kBest,
+  kFinal,
+  kSwitch,
+  kFailed,
+  kSwitches
+};
+enum RolloutColumn { kRollout = 3, kLayer, kReward, kStatus };
+
+/// What runs.csv says beside a record, to be checked against the roll-outs.
+struct Counts {
+  std::int64_t rollouts = 0;
+  std::int64_t failed = 0;
+  std::int64_t switches = 0;
+  std::optional<double> best_reward;
+  std::optional<int> first_switch;
+};
+
+std::string read_study_name(const fs::path& path) {
+  try {
+    const toml::table study = toml::parse(read_whole_file(path), path.string());
+    const auto name = study["study"]["name"].value<std::string>();
+    if (!name) throw std::runtime_error(path.string() + ": study.name: must be a string");
+    return *name;
+  } catch (const toml::parse_error& error) {
+    throw std::runtime_error(
+        fmt::format("{}:{}: {}", path.string(), error.source().begin.line, error.description()));
+  }
+}
+
+void read_runs(const fs::path& path, std::vector<RunRecord>& runs, std::vector<Counts>& counts) {
+  CsvReader table(path, {"condition", "repetition", "run", "rollouts", "best_reward",
+                         "final_reward", "switch_rollout", "failed", "switches"});
+  while (table.next()) {
+    RunRecord run;
+    run.condition = table.text(kCondition);
+    run.repetition = static_cast<int>(table.integer(kRepetition, 0, kRunsMax));
+    run.run = static_cast<int>(table.integer(kRun, 0, kRunsMax));
+    if (run.run != static_cast<int>(runs.size())) table.refuse(kRun, "runs must count 0, 1, ...");
+    const bool new_condition = runs.empty() || runs.back().condition != run.condition;
+    const int repetition = new_condition ? 0 : runs.back().repetition + 1;
+    if (run.repetition != repetition) {
+      table.refuse(kRepetition, "repetitions of a condition must count 0, 1, ...");
+    }
+    Counts count;
+    count.rollouts = table.integer(kRollouts, 0, kRolloutsMax);
+    count.failed = table.integer(kFailed, 0, count.rollouts);
+    count.switches = table.integer(kSwitches, 0, count.rollouts);
+    if (!table.empty(kBest)) count.best_reward = table.reward(kBest);
+    if (!table.empty(kFinal)) run.final_reward = table.reward(kFinal);
+    if (table.empty(kSwitch) != (count.switches == 0)) {
+      table.refuse(kSwitch, "must be there if, and only if, there are switches");
+    }
+    if (count.switches > 0) {
+      count.first_switch = static_cast<int>(table.integer(kSwitch, 0, kRolloutsMax - 1));
+    }
+    runs.push_back(std::move(run));
+    counts.push_back(count);
+  }
+}
+
+void read_rollouts(const fs::path& path, const std::vector<Counts>& counts,
+                   std::vector<RunRecord>& runs) {
+  CsvReader table(path, {"condition", "repetition", "run", "rollout", "layer", "reward", "status"});
+  if (runs.empty()) return;
+  while (table.next()) {
+    const auto number = table.integer(kRun, 0, static_cast<std::int64_t>(runs.size()) - 1);
+    RunRecord& run = runs[static_cast<std::size_t>(number)];
+    if (table.text(kCondition) != run.condition) {
+      table.refuse(kCondition, fmt::format("run {} is of {} in runs.csv", number, run.condition));
+    }
+    if (table.integer(kRepetition, 0, kRunsMax) != run.repetition) {
+      table.refuse(kRepetition,
+                   fmt::format("run {} is repetition {} in runs.csv", number, run.repetition));
+    }
+    const std::int64_t max = std::min<std::int64_t>(
+        kRolloutsMax, counts[static_cast<std::size_t>(number)].rollouts + kGapsMax);
+    const auto rollout = static_cast<std::size_t>(table.integer(kRollout, 0, max - 1));
+    if (rollout < run.rollouts.size()) {
+      table.refuse(kRollout, "the roll-outs of a run must stand in order, each once");
+    }
+    RolloutRecord record;
+    record.layer = static_cast<std::int16_t>(
+        table.integer(kLayer, 1, std::numeric_limits<std::int16_t>::max()));
+    record.reward = table.reward(kReward);
+    int status = 0;
+    while (status < kNumRolloutStatuses &&
+           name(static_cast<RolloutStatus>(status)) != table.text(kStatus)) {
+      ++status;
+    }
+    if (status == kNumRolloutStatuses) {
+      table.refuse(kStatus, "must be ok, diverged, failed, crashed or timed_out");
+    }
+    record.status = static_cast<RolloutStatus>(status);
+    run.rollouts.resize(rollout);
+    run.rollouts.push_back(record);
+    if (run.best_rollout < 0 || record.reward > run.best_reward) {
+      run.best_rollout = static_cast<int>(rollout);
+      run.best_reward = record.reward;
+    }
+  }
+}
+
+/// A layer is left after the result that the draw of the next layer's first roll-out waited for:
+/// the one before it with one roll-out in flight, and always as far before it as at the first
+/// switch. A layer that was left when nothing was drawn any more was left after the last result.
+void find_switches(const Counts& counts, RunRecord& run) {
+  std::int16_t layer = run.rollouts.empty() ? std::int16_t{0} : run.rollouts.front().layer;
+  for (std::size_t i = 0; i < run.rollouts.size(); ++i) {
+    if (run.rollouts[i].layer <= layer) continue;
+    layer = run.rollouts[i].layer;
+    run.switches.push_back(static_cast<int>(i));
+  }
+  if (!counts.first_switch) return;
+  const int wait = run.switches.empty() ? 0 : run.switches.front() - *counts.first_switch;
+  for (int& number : run.switches) number -= wait;
+  if (run.switches.empty()) run.switches.push_back(*counts.first_switch);
+  while (static_cast<std::int64_t>(run.switches.size()) < counts.switches) {
+    run.switches.push_back(static_cast<int>(run.rollouts.size()) - 1);
+  }
+}
+
+/// runs.csv is written from the roll-outs: another count says that one of the files is cut off or
+/// from another study.
+void check(const fs::path& directory, const Counts& counts, const RunRecord& run) {
+  const auto require = [&](bool holds, const char* column, const std::string& value,
+                           const std::string& found) {
+    if (holds) return;
+    throw std::runtime_error(fmt::format("{}:{}: {} = {}: must be {}, as in rollouts.csv",
+                                         (directory / "runs.csv").string(), run.run + 2, column,
+                                         value, found));
+  };
+  require(counts.rollouts == num_applied(run), "rollouts", std::to_string(counts.rollouts),
+          std::to_string(num_applied(run)));
+  require(counts.failed == num_failed(run), "failed", std::to_string(counts.failed),
+          std::to_string(num_failed(run)));
+  require(counts.switches == static_cast<std::int64_t>(run.switches.size()), "switches",
+          std::to_string(counts.switches), std::to_string(run.switches.size()));
+  const double best = counts.best_reward.value_or(-1);
+  const double found = run.best_rollout >= 0 ? run.best_reward : -1;
+  require(best == found, "best_reward", best < 0 ? "" : fmt::format("{}", best),
+          found < 0 ? "empty" : fmt::format("{}", found));
+}
+
+}  // namespace
+
+StudyResults read_study_results(const fs::path& directory) {
+  StudyResults results{
+      .name = read_study_name(directory / "study.toml"), .directory = directory, .runs = {}};
+  std::vector<Counts> counts;
+  read_runs(directory / "runs.csv", results.runs, counts);
+  read_rollouts(directory / "rollouts.csv", counts, results.runs);
+  for (RunRecord& run : results.runs) {
+    find_switches(counts[static_cast<std::size_t>(run.run)], run);
+    check(directory, counts[static_cast<std::size_t>(run.run)], run);
+    const fs::path policy =
+        directory / "policies" / fmt::format("{}-{}.json", run.condition, run.repetition);
+    if (fs::exists(policy)) run.best_policy = read_whole_file(policy);
+  }
+  return results;
+}
+
+}  // namespace treeroll

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "learner/core/run_record.h"
+
+namespace treeroll {
+
+/// What a study has left in its state directory.
+struct StudyResults {
+  std::string name;                 ///< study.name
+  std::filesystem::path directory;  ///< where it was read from
+  std::vector<RunRecord> runs;      ///< by number: condition in the study's order, then repetition
+};
+
+/// Reads study.toml (its name), runs.csv, rollouts.csv and, where they exist, policies/*.json.
+/// Nothing is taken on trust: runs.csv must be what rollouts.csv adds up to. A run's switches
+/// follow from the layers of its roll-outs; the first is the one that runs.csv names.
+/// Throws std::runtime_error "FILE:LINE: COLUMN = VALUE: RULE", or with the file and the reason.
+StudyResults read_study_results(const std::filesystem::path& directory);
+
+}  // namespace treeroll

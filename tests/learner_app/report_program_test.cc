@@ -1,0 +1,93 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "common/base/config_error.h"
+#include "learner/app/report.h"
+#include "learner/report/csv.h"
+#include "tests/report/records.h"
+
+namespace treeroll {
+namespace {
+
+namespace fs = std::filesystem;
+using report_test::run_with;
+using testing::HasSubstr;
+
+class ReportProgramTest : public testing::Test {
+ protected:
+  ReportProgramTest() {
+    std::string pattern = (fs::temp_directory_path() / "report.XXXXXX").string();
+    folder_ = ::mkdtemp(pattern.data());
+  }
+  ~ReportProgramTest() override { fs::remove_all(folder_); }
+
+  /// A study of two conditions, three repetitions each, "tree" ahead by `lead`.
+  fs::path study(const std::string& directory, const std::string& name, double lead) const {
+    std::vector<RunRecord> runs;
+    for (int i = 0; i < 6; ++i) {
+      const double reward = .3 + .01 * (i % 3) + (i < 3 ? lead : 0);
+      runs.push_back(run_with(i < 3 ? "tree" : "flat", i % 3, i, std::vector<double>(8, reward)));
+    }
+    fs::create_directories(folder_ / directory);
+    std::ofstream(folder_ / directory / "study.toml") << "[study]\nname = \"" << name << "\"\n";
+    write_runs_csv(folder_ / directory / "runs.csv", runs);
+    write_rollouts_csv(folder_ / directory / "rollouts.csv", runs);
+    return folder_ / directory;
+  }
+  std::string content(const fs::path& path) const {
+    std::ifstream file(folder_ / path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  void write(std::vector<fs::path> directories, const std::string& output,
+             std::vector<std::string> compare = {}) const {
+    write_report({.directories = std::move(directories),
+                  .claims_file = "",
+                  .output = folder_ / output,
+                  .compare = std::move(compare)});
+  }
+  std::string compare_error(std::vector<fs::path> directories, const char* first) const {
+    try {
+      write(std::move(directories), "out", {first, "flat"});
+    } catch (const ConfigError& error) {
+      return error.rule();
+    }
+    return "compared";
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(ReportProgramTest, TheSameResultsGiveTheSameBytesWhereverTheyLie) {
+  write({study("a", "mine", .2)}, "one");
+  write({study("deep/down/b", "mine", .2)}, "two");
+  for (const char* name : {"report.html", "report.md", "report.json"}) {
+    const std::string first = content(fs::path("one") / name);
+    EXPECT_FALSE(first.empty()) << name;
+    EXPECT_EQ(first, content(fs::path("two") / name)) << name;
+  }
+}
+
+TEST_F(ReportProgramTest, TwoStudiesOfOneNameAreToldApartAndCompared) {
+  write({study("a", "mine", .2), study("b", "mine", .4)}, "out");
+  EXPECT_THAT(content("out/report.md"), HasSubstr("| mine:tree | mine (2):tree | 3, 3 |"));
+}
+
+TEST_F(ReportProgramTest, ConditionsAreChosenByName) {
+  const fs::path a = study("a", "mine", .2);
+  const fs::path b = study("b", "other", .2);
+  EXPECT_EQ(compare_error({a}, "tree"), "compared");
+  EXPECT_THAT(content("out/report.md"), HasSubstr("| mine:tree | mine:flat | 3, 3 |"));
+  EXPECT_EQ(compare_error({a}, "none"), "no study given has this condition");
+  EXPECT_EQ(compare_error({a, b}, "tree"),
+            "several studies have this condition: write STUDY:CONDITION");
+  write({a, b}, "out", {"mine:tree", "other:flat"});
+  EXPECT_THAT(content("out/report.md"), HasSubstr("| mine:tree | other:flat | 3, 3 |"));
+}
+
+}  // namespace
+}  // namespace treeroll

@@ -1,0 +1,158 @@
+#include "learner/report/claim.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/report/records.h"
+
+namespace treeroll {
+namespace {
+
+using report_test::run_with;
+using testing::HasSubstr;
+
+/// A run of ten equal rewards, which switched after roll-out `switched` (from 1) unless that is 0.
+RunRecord level(const char* condition, int repetition, double reward, int switched = 0) {
+  RunRecord run = run_with(condition, repetition, 0, std::vector<double>(10, reward));
+  if (switched > 0) run.switches = {switched - 1};
+  run.final_reward = reward;
+  return run;
+}
+
+/// "low" about .2, "same" as low, "high" about .8; three repetitions each; "wide" from 0 to 1.
+std::vector<StudyResults> studies() {
+  StudyResults study{.name = "study", .directory = "", .runs = {}};
+  const double shifts[] = {-.02, 0, .02};
+  for (int i = 0; i < 3; ++i) {
+    study.runs.push_back(level("low", i, .2 + shifts[i], 8 + i % 2));
+    study.runs.push_back(level("same", i, .2 + shifts[i], 6));
+    study.runs.push_back(level("high", i, .8 + shifts[i], 5));
+    study.runs.push_back(level("wide", i, .5 + 25 * shifts[i]));
+  }
+  return {study};
+}
+
+Claim claim(ClaimKind kind, std::vector<std::string> conditions) {
+  Claim claim;
+  claim.kind = kind;
+  claim.study = "study";
+  claim.conditions = std::move(conditions);
+  claim.measure = claim.against = {.kind = MeasureKind::kNear, .from = 1, .rollout = 10};
+  return claim;
+}
+
+Verdict verdict(const Claim& claim) { return judge(claim, studies()).verdict; }
+
+TEST(ClaimTest, GreaterHoldsOrNotOrIsOpen) {
+  EXPECT_EQ(verdict(claim(ClaimKind::kGreater, {"high", "low"})), Verdict::kHolds);
+  EXPECT_EQ(verdict(claim(ClaimKind::kGreater, {"low", "high"})), Verdict::kFails);
+  EXPECT_EQ(verdict(claim(ClaimKind::kGreater, {"wide", "low"})), Verdict::kInconclusive);
+}
+
+TEST(ClaimTest, AResultHasTheFiguresItRestsOn) {
+  const ClaimResult result = judge(claim(ClaimKind::kGreater, {"high", "low"}), studies());
+  EXPECT_EQ(result.n, "3");
+  EXPECT_LT(result.p.value(), 1e-4);
+  EXPECT_GT(result.interval.value().low, .5);
+  EXPECT_THAT(result.measured, HasSubstr("high 0.8, low 0.2; difference +0.6"));
+}
+
+TEST(ClaimTest, EqualityNeedsEvidenceOfItsOwn) {
+  Claim equal = claim(ClaimKind::kEqualWithin, {"low", "same"});
+  equal.margin = .1;
+  EXPECT_EQ(verdict(equal), Verdict::kHolds);
+  equal.conditions = {"low", "wide"};  // no significant difference, but no equality either
+  EXPECT_EQ(verdict(equal), Verdict::kInconclusive);
+  equal.conditions = {"low", "same", "high"};
+  EXPECT_EQ(verdict(equal), Verdict::kFails);
+}
+
+TEST(ClaimTest, HighestAndLowestAreAgainstEveryOther) {
+  EXPECT_EQ(verdict(claim(ClaimKind::kHighest, {"high", "low", "same"})), Verdict::kHolds);
+  EXPECT_EQ(verdict(claim(ClaimKind::kHighest, {"low", "high", "same"})), Verdict::kFails);
+  EXPECT_EQ(verdict(claim(ClaimKind::kLowest, {"low", "high"})), Verdict::kHolds);
+  EXPECT_EQ(verdict(claim(ClaimKind::kLowest, {"low", "high", "same"})), Verdict::kInconclusive);
+}
+
+TEST(ClaimTest, SwitchesFallOrGrowFromConditionToCondition) {
+  Claim falling = claim(ClaimKind::kFalling, {"low", "same", "high"});
+  falling.measure = falling.against = {.kind = MeasureKind::kSwitch};
+  EXPECT_EQ(verdict(falling), Verdict::kHolds);
+  falling.kind = ClaimKind::kGrowing;
+  EXPECT_EQ(verdict(falling), Verdict::kFails);
+}
+
+TEST(ClaimTest, ARunThatNeverSwitchedCountsWithItsBudget) {
+  EXPECT_EQ(measure(level("a", 0, .5), {.kind = MeasureKind::kSwitch}), 10);
+  EXPECT_EQ(measure(level("a", 0, .5, 4), {.kind = MeasureKind::kSwitch}), 4);
+}
+
+TEST(ClaimTest, SharesAndMeansAreJudgedByTheirIntervals) {
+  Claim share = claim(ClaimKind::kShare, {"low", "same"});
+  share.low = .7;
+  share.high = 1;
+  share.share_max = .5;  // none of six: at most .459 with 97.5 %
+  EXPECT_EQ(verdict(share), Verdict::kHolds);
+  share.share_max = .4;
+  EXPECT_EQ(verdict(share), Verdict::kInconclusive);
+  share.share_max = 1;
+  share.share_min = .5;
+  EXPECT_EQ(verdict(share), Verdict::kFails);
+  Claim within = claim(ClaimKind::kWithin, {"low"});
+  within.low = .1;
+  within.high = .3;
+  EXPECT_EQ(verdict(within), Verdict::kHolds);
+  within.low = .2;
+  EXPECT_EQ(verdict(within), Verdict::kInconclusive);
+  within.low = .28;
+  EXPECT_EQ(verdict(within), Verdict::kFails);
+}
+
+TEST(ClaimTest, SpreadComparesTheRangeOverConditions) {
+  Claim spread = claim(ClaimKind::kSpread, {"low", "high"});
+  spread.others = {"low", "same"};
+  EXPECT_EQ(verdict(spread), Verdict::kHolds);
+}
+
+TEST(ClaimTest, WhatIsNotThereIsNotMeasuredAndSaysWhy) {
+  const auto reason = [](Claim claim) {
+    const ClaimResult result = judge(claim, studies());
+    EXPECT_EQ(result.verdict, Verdict::kNotMeasured);
+    return result.measured;
+  };
+  Claim wanted = claim(ClaimKind::kGreater, {"high", "none"});
+  EXPECT_EQ(reason(wanted), "study study has no condition none");
+  wanted.conditions = {"high", "other:low"};
+  EXPECT_EQ(reason(wanted), "study other is not among those given");
+  wanted.conditions = {"high", "low"};
+  wanted.measure.rollout = 11;
+  EXPECT_EQ(reason(wanted), "high: no run has a reward near roll-out 11");
+  wanted = claim(ClaimKind::kGreater, {"wide", "low"});
+  wanted.measure = {.kind = MeasureKind::kAfterSwitch};
+  EXPECT_THAT(reason(wanted), HasSubstr("no run has"));
+}
+
+TEST(ClaimTest, OneRepetitionJudgesNothing) {
+  std::vector<StudyResults> few = {
+      {.name = "study", .directory = "", .runs = {level("low", 0, .2), level("high", 0, .8)}}};
+  const ClaimResult result = judge(claim(ClaimKind::kGreater, {"high", "low"}), few);
+  EXPECT_EQ(result.verdict, Verdict::kNotMeasured);
+  EXPECT_EQ(result.measured, "fewer than two repetitions");
+}
+
+TEST(ClaimTest, RunsThatStoppedEarlyAreCountedNotHidden) {
+  std::vector<StudyResults> given = studies();
+  given[0].runs[0].rollouts.resize(4);
+  const ClaimResult result = judge(claim(ClaimKind::kGreater, {"high", "low"}), given);
+  EXPECT_EQ(result.n, "3, 2 of 3");
+}
+
+TEST(ClaimTest, FailedRolloutsCountWithTheirReward) {
+  RunRecord run = level("a", 0, 1);
+  run.rollouts[9].reward = 0;
+  run.rollouts[9].status = RolloutStatus::kCrashed;
+  EXPECT_DOUBLE_EQ(measure(run, {}).value(), .8);
+}
+
+}  // namespace
+}  // namespace treeroll
