@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <set>
 #include <stdexcept>
+#include <string_view>
 
 #include "learner/report/csv_reader.h"
 #include "learner/report/run_counts.h"
@@ -59,6 +61,7 @@ std::string read_study_name(const fs::path& path) {
 void read_runs(const fs::path& path, std::vector<RunRecord>& runs, std::vector<Counts>& counts) {
   CsvReader table(path, {"condition", "repetition", "run", "rollouts", "best_reward",
                          "final_reward", "switch_rollout", "failed", "switches"});
+  std::set<std::string> conditions;
   while (table.next()) {
     RunRecord run;
     run.condition = table.text(kCondition);
@@ -66,6 +69,13 @@ void read_runs(const fs::path& path, std::vector<RunRecord>& runs, std::vector<C
     run.run = static_cast<int>(table.integer(kRun, 0, kRunsMax));
     if (run.run != static_cast<int>(runs.size())) table.refuse(kRun, "runs must count 0, 1, ...");
     const bool new_condition = runs.empty() || runs.back().condition != run.condition;
+    if (new_condition && !conditions.insert(run.condition).second) {
+      table.refuse(kCondition, "the runs of a condition must stand together");
+    }
+    // A policy is read from a file of this name.
+    if (run.condition.find_first_of(std::string_view("/\0", 2)) != std::string::npos) {
+      table.refuse(kCondition, "must hold no slash, as it names files");
+    }
     const int repetition = new_condition ? 0 : runs.back().repetition + 1;
     if (run.repetition != repetition) {
       table.refuse(kRepetition, "repetitions of a condition must count 0, 1, ...");
@@ -110,6 +120,13 @@ void read_rollouts(const fs::path& path, const std::vector<Counts>& counts,
     RolloutRecord record;
     record.layer = static_cast<std::int16_t>(
         table.integer(kLayer, 1, std::numeric_limits<std::int16_t>::max()));
+    // Roll-outs are drawn in the order of their numbers, and no layer is left without results.
+    if (!run.rollouts.empty()) {
+      const int before = run.rollouts.back().layer;
+      if (record.layer != before && record.layer != before + 1) {
+        table.refuse(kLayer, fmt::format("must be {} as before, or the next", before));
+      }
+    }
     record.reward = table.reward(kReward);
     int status = 0;
     while (status < kNumRolloutStatuses &&
@@ -142,8 +159,10 @@ void find_switches(const Counts& counts, RunRecord& run) {
   if (!counts.first_switch) return;
   const int wait = run.switches.empty() ? 0 : run.switches.front() - *counts.first_switch;
   for (int& number : run.switches) number -= wait;
-  if (run.switches.empty()) run.switches.push_back(*counts.first_switch);
-  while (static_cast<std::int64_t>(run.switches.size()) < counts.switches) {
+  // At most one: a layer is left for its results, and the next one has none.
+  if (run.switches.empty()) {
+    run.switches.push_back(*counts.first_switch);
+  } else if (static_cast<std::int64_t>(run.switches.size()) + 1 == counts.switches) {
     run.switches.push_back(static_cast<int>(run.rollouts.size()) - 1);
   }
 }
@@ -164,6 +183,15 @@ void check(const fs::path& directory, const Counts& counts, const RunRecord& run
           std::to_string(num_failed(run)));
   require(counts.switches == static_cast<std::int64_t>(run.switches.size()), "switches",
           std::to_string(counts.switches), std::to_string(run.switches.size()));
+  // The result after which a layer is left is of that layer.
+  for (std::size_t i = 0; i < run.switches.size(); ++i) {
+    const int number = run.switches[i];
+    const bool is_there = number >= 0 && static_cast<std::size_t>(number) < run.rollouts.size();
+    const int layer = run.rollouts.empty() ? 0 : run.rollouts.front().layer + static_cast<int>(i);
+    require(is_there && run.rollouts[static_cast<std::size_t>(number)].layer == layer,
+            "switch_rollout", fmt::format("{}", *counts.first_switch),
+            fmt::format("a roll-out of the layer that was left, {}", layer));
+  }
   const double best = counts.best_reward.value_or(-1);
   const double found = run.best_rollout >= 0 ? run.best_reward : -1;
   require(best == found, "best_reward", best < 0 ? "" : fmt::format("{}", best),

@@ -170,6 +170,40 @@ TEST_F(StudyResultsTest, RunsMustCountWithoutGaps) {
   EXPECT_THAT(error(), HasSubstr("switch_rollout = : must be there if, and only if"));
 }
 
+TEST_F(StudyResultsTest, SwitchesMustAgreeWithTheLayersOfTheRollouts) {
+  const std::string rollouts = std::string(kRollouts) +
+                               "a,0,0,0,1,0.5,ok\na,0,0,1,1,0.5,ok\n"
+                               "a,0,0,2,2,0.5,ok\na,0,0,3,2,0.5,ok\n";
+  const auto error_of = [&](const std::string& first, const std::string& number) {
+    write("rollouts.csv", rollouts);
+    write("runs.csv", kRuns + ("a,0,0,4,0.5,," + first + ",0," + number + "\n"));
+    return error();
+  };
+  EXPECT_EQ(error_of("1", "1"), "read without an error");
+  EXPECT_EQ(error_of("0", "1"), "read without an error");  // two in flight
+  EXPECT_EQ(error_of("1", "2"), "read without an error");  // the second after the last result
+  EXPECT_THAT(error_of("1", "3"), HasSubstr("runs.csv:2: switches = 3: must be 1"));
+  const std::string rule = ": must be a roll-out of the layer that was left, 1";
+  EXPECT_THAT(error_of("2", "1"), HasSubstr("runs.csv:2: switch_rollout = 2" + rule));
+  EXPECT_THAT(error_of("99999999", "1"), HasSubstr("switch_rollout = 99999999" + rule));
+}
+
+TEST_F(StudyResultsTest, LayersAreGoneThroughOneByOne) {
+  write("runs.csv", std::string(kRuns) + "a,0,0,2,0.5,,0,0,1\n");
+  write("rollouts.csv", std::string(kRollouts) + "a,0,0,0,2,0.5,ok\na,0,0,1,1,0.5,ok\n");
+  EXPECT_THAT(error(), HasSubstr("rollouts.csv:3: layer = 1: must be 2 as before, or the next"));
+  write("rollouts.csv", std::string(kRollouts) + "a,0,0,0,2,0.5,ok\na,0,0,1,4,0.5,ok\n");
+  EXPECT_THAT(error(), HasSubstr("rollouts.csv:3: layer = 4: must be 2 as before, or the next"));
+}
+
+TEST_F(StudyResultsTest, AConditionStandsOnceAndNamesNoOtherFolder) {
+  write("rollouts.csv", kRollouts);
+  write("runs.csv", std::string(kRuns) + "a,0,0,0,,,,0,0\nb,0,1,0,,,,0,0\na,0,2,0,,,,0,0\n");
+  EXPECT_THAT(error(), HasSubstr("runs.csv:4: condition = a: the runs of a condition must stand"));
+  write("runs.csv", std::string(kRuns) + "../../other,0,0,0,,,,0,0\n");
+  EXPECT_THAT(error(), HasSubstr("runs.csv:2: condition = ../../other: must hold no slash"));
+}
+
 TEST_F(StudyResultsTest, MissingFilesAreNamed) {
   EXPECT_THAT(error(), HasSubstr((folder_ / "runs.csv").string() + ": no such file"));
   write("study.toml", "[study]\nname = 1\n");
