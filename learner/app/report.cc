@@ -8,6 +8,8 @@
 
 #include "common/base/config_error.h"
 #include "learner/app/claims_file.h"
+#include "learner/app/gnuplot.h"
+#include "learner/figures/study_plots.h"
 #include "learner/report/atomic_file.h"
 #include "learner/report/report_sections.h"
 
@@ -75,6 +77,23 @@ std::vector<Comparison> comparisons(const ReportOptions& options,
   return all;
 }
 
+/// The pictures of each study, drawn into figures/STUDY.
+std::vector<std::vector<Picture>> draw_figures(const fs::path& output,
+                                               const std::vector<StudyResults>& studies) {
+  std::vector<std::vector<Picture>> figures;
+  for (const StudyResults& study : studies) {
+    const std::string place = "figures/" + to_id(study.name);
+    fs::create_directories(output / place);
+    figures.emplace_back();
+    for (const Plot& plot : study_plots(study)) {
+      Picture picture = draw(plot, output / place, place);
+      picture.id = to_id(study.name + "-" + picture.id);
+      figures.back().push_back(std::move(picture));
+    }
+  }
+  return figures;
+}
+
 void print_claims(const std::vector<Claim>& claims, const std::vector<ClaimResult>& results) {
   std::map<Verdict, int> counts;
   for (std::size_t i = 0; i < claims.size(); ++i) {
@@ -106,14 +125,17 @@ void write_report(const ReportOptions& options) {
   const std::vector<Comparison> compared = comparisons(options, studies);
 
   Document document{.title = "Report", .sections = {}};
-  const std::vector<Picture> figures;
-  if (!claims.empty()) document.sections.push_back(claims_section(claims, results, figures));
+  const std::vector<std::vector<Picture>> figures = draw_figures(options.output, studies);
+  if (!claims.empty()) {
+    std::vector<Picture> all;
+    for (const auto& of_study : figures) all.insert(all.end(), of_study.begin(), of_study.end());
+    document.sections.push_back(claims_section(claims, results, all));
+  }
   if (!compared.empty()) document.sections.push_back(comparison_section("Comparisons", compared));
-  for (const StudyResults& study : studies) {
-    document.sections.push_back(study_section(study, figures));
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    document.sections.push_back(study_section(studies[i], figures[i]));
   }
 
-  fs::create_directories(options.output);
   write_atomically(options.output / "report.html", to_html(document));
   write_atomically(options.output / "report.md", to_markdown(document));
   write_atomically(options.output / "report.json", report_json(claims, results, studies, compared));

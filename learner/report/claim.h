@@ -39,7 +39,7 @@ struct Claim {
   double high = 0;
   double share_min = 0;
   double share_max = 1;
-  std::string figure;  ///< id of one that shows it; may be empty
+  std::string figure;  ///< id of one that shows it; empty: curves, or switches if it is about them
 };
 
 enum class Verdict { kHolds, kFails, kInconclusive, kNotMeasured };

@@ -84,9 +84,11 @@ Table switch_table(const StudyResults& study) {
 }
 
 std::string figure_of(const Claim& claim, const std::vector<Picture>& figures) {
-  const std::string id = to_id(claim.study + "-" + claim.figure);
-  const bool there = !claim.figure.empty() &&
-                     std::any_of(figures.begin(), figures.end(),
+  const std::string figure = !claim.figure.empty()                        ? claim.figure
+                             : claim.measure.kind == MeasureKind::kSwitch ? "switches"
+                                                                          : "learning_curves";
+  const std::string id = to_id(claim.study + "-" + figure);
+  const bool there = std::any_of(figures.begin(), figures.end(),
                                  [&id](const Picture& picture) { return picture.id == id; });
   return there ? id : to_id(claim.study);
 }

@@ -19,8 +19,9 @@ const std::map<std::string, Room>& rooms() {
        {.arrows = {"learner/explore", "learner/fit", "common/protocol"}, .is_core = true}},
       {"learner/journal", {.arrows = {"learner/core"}}},
       {"learner/report", {.arrows = {"learner/core"}}},
+      {"learner/figures", {.arrows = {"learner/report"}}},
       {"learner/app",
-       {.arrows = {"learner/core", "learner/journal", "learner/report", "common/transport"}}},
+       {.arrows = {"learner/core", "learner/journal", "learner/figures", "common/transport"}}},
       {"deploy/own_task", {.arrows = {"workers/app"}, .is_portable = true}},
   };
   return table;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -70,6 +71,33 @@ TEST_F(ReportProgramTest, TheSameResultsGiveTheSameBytesWhereverTheyLie) {
     EXPECT_FALSE(first.empty()) << name;
     EXPECT_EQ(first, content(fs::path("two") / name)) << name;
   }
+}
+
+TEST_F(ReportProgramTest, FiguresLieBesideTheirNumbersAndScripts) {
+  write({study("a", "mine", .2)}, "one");
+  write({study("b", "mine", .2)}, "two");
+  for (const char* name : {"learning_curves", "p_values"}) {
+    for (const char* end : {".dat", ".gp", ".svg", ".png"}) {
+      const fs::path file = fs::path("figures/mine") / (std::string(name) + end);
+      EXPECT_FALSE(content("one" / file).empty()) << file;
+      EXPECT_EQ(content("one" / file), content("two" / file)) << file;
+    }
+  }
+  EXPECT_THAT(content("one/report.md"), HasSubstr("(figures/mine/p_values.svg)"));
+  EXPECT_THAT(content("one/report.html"),
+              HasSubstr("<img alt=\"Learning curves of mine\" src=\"data:"));
+}
+
+TEST_F(ReportProgramTest, WithoutGnuplotThePackageIsNamed) {
+  const std::string path = std::getenv("PATH");
+  ::setenv("PATH", folder_.c_str(), 1);
+  try {
+    write({study("a", "mine", .2)}, "out");
+    ADD_FAILURE() << "drawn without gnuplot";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("apt-get install gnuplot-nox"));
+  }
+  ::setenv("PATH", path.c_str(), 1);
 }
 
 TEST_F(ReportProgramTest, TwoStudiesOfOneNameAreToldApartAndCompared) {
