@@ -9,6 +9,9 @@
 #include "common/base/config_error.h"
 #include "learner/app/claims_file.h"
 #include "learner/app/gnuplot.h"
+#include "learner/app/study_error.h"
+#include "learner/app/study_file.h"
+#include "learner/figures/policy_plot.h"
 #include "learner/figures/study_plots.h"
 #include "learner/report/atomic_file.h"
 #include "learner/report/report_sections.h"
@@ -77,6 +80,31 @@ std::vector<Comparison> comparisons(const ReportOptions& options,
   return all;
 }
 
+/// What the conditions began with, and the best policy of all their repetitions.
+std::vector<LearntPolicy> learnt_policies(const StudyResults& results) {
+  const LoadedStudy loaded = load_study(results.directory / "study.toml", {});
+  std::vector<LearntPolicy> policies;
+  for (const Condition& condition : loaded.study.conditions) {
+    LearntPolicy policy{condition.name, condition.start, std::nullopt};
+    const RunRecord* best = nullptr;
+    for (const RunRecord* run : runs_of(results, condition.name)) {
+      if (run->best_policy.empty() || (best && run->best_reward <= best->best_reward)) continue;
+      best = run;
+    }
+    if (best) {
+      Result<Policy> read = policy_from_json(best->best_policy);
+      if (!read) {
+        throw std::runtime_error(fmt::format("{}: policy of {}, repetition {}: {}",
+                                             results.directory.string(), best->condition,
+                                             best->repetition, read.error().message));
+      }
+      policy.best = *std::move(read);
+    }
+    policies.push_back(std::move(policy));
+  }
+  return policies;
+}
+
 /// The pictures of each study, drawn into figures/STUDY.
 std::vector<std::vector<Picture>> draw_figures(const fs::path& output,
                                                const std::vector<StudyResults>& studies) {
@@ -85,7 +113,15 @@ std::vector<std::vector<Picture>> draw_figures(const fs::path& output,
     const std::string place = "figures/" + to_id(study.name);
     fs::create_directories(output / place);
     figures.emplace_back();
-    for (const Plot& plot : study_plots(study)) {
+    std::vector<Plot> plots = study_plots(study);
+    try {
+      Plot policies = policy_plot(study.name, learnt_policies(study));
+      if (!policies.commands.empty()) plots.push_back(std::move(policies));
+    } catch (const StudyError& error) {
+      // A demonstration that has been moved away, say: the results stand without it.
+      fmt::print(stderr, "policies of {} are not drawn: {}\n", study.name, error.what());
+    }
+    for (const Plot& plot : plots) {
       Picture picture = draw(plot, output / place, place);
       picture.id = to_id(study.name + "-" + picture.id);
       figures.back().push_back(std::move(picture));

@@ -36,10 +36,10 @@ Plot switch_boxes(const StudyResults& study) {
   plot.commands = fmt::format(
       "  unset key\n  set xlabel 'roll-outs before the first switch'\n"
       "  set ytics ({})\n  set yrange [{}:-.4]; set xrange [0:*]\n"
-      "  plot data index 0 using 5:1:($6-$5):(0) with vectors nohead lc rgb '#000000' lw 1, "
+      "  plot data index 0 using 5:1:($6-$5):(0) with vectors nohead lc rgb '#000000' lw 1 dt 1, "
       "data index 0 using 2:1:2:4:($1-.3):($1+.3) with boxxyerror fs solid 1 fc rgb '#9ecae1' "
-      "lc rgb '#000000' lw 1, "
-      "data index 0 using 3:($1-.3):(0):(.6) with vectors nohead lc rgb '#000000' lw 3, "
+      "lc rgb '#000000' lw 1 dt 1, "
+      "data index 0 using 3:($1-.3):(0):(.6) with vectors nohead lc rgb '#000000' lw 3 dt 1, "
       "data index 1 using 1:2 with points pt 6 ps .5 lc rgb '#D55E00'\n",
       labels, -num_rows - .6);
   plot.width_px = 960;
