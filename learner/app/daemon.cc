@@ -9,14 +9,13 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <fstream>
-#include <iterator>
 #include <random>
 #include <stdexcept>
 
 #include "common/base/config_error.h"
 #include "common/transport/bus.h"
 #include "common/transport/loop.h"
+#include "learner/app/journal_fold.h"
 #include "learner/app/local_worker.h"
 #include "learner/app/progress_line.h"
 #include "learner/app/state_directory.h"
@@ -26,6 +25,7 @@
 #include "learner/core/learner_core.h"
 #include "learner/journal/journal_file.h"
 #include "learner/report/summary.h"
+#include "learner/report/whole_file.h"
 
 namespace treeroll {
 namespace {
@@ -49,12 +49,6 @@ std::int64_t wall_time_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
 }
 
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw std::runtime_error(fmt::format("cannot read {}", path.string()));
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 /// Drives the core: turns what the loop sees into events and carries its effects out.
 class LearnerDaemon : private EffectHandler {
  public:
@@ -75,27 +69,14 @@ class LearnerDaemon : private EffectHandler {
   /// Opens the journal, folds what it holds, and begins to write.
   void open_journal(const fs::path& path, const ContentHash& study_id) {
     journal_.emplace(path);
-    LearnerEffects unsent;  // workers ask for definitions when they need them
-    const TimePoint now = loop_.now();
-    core_->step(now, learner_event::Started{}, unsent);
-    const JournalStart start{kAlgorithmVersion, study_id, settings_.learner_id};
-    Result<JournalTail> tail = read_journal(path, [&](const JournalRecord& record) {
-      if (const auto* before = std::get_if<JournalStart>(&record)) check_same_study(*before, start);
-      if (const auto* result = std::get_if<AcceptedResult>(&record)) {
-        core_->step(now, learner_event::Recovered{result}, unsent);
-        if (core_->outcome() == LearnerCore::Outcome::kFailed) {
-          throw std::runtime_error(core_->failure());
-        }
-        unsent = {};
-      }
-    });
-    if (!tail) throw std::runtime_error(tail.error().message);
-    if (tail->torn_bytes > 0) {
+    const JournalTail tail = fold_journal(path, study_id, loop_.now(), *core_);
+    if (tail.torn_bytes > 0) {
       spdlog::warn("{}: cut off {} bytes that an interrupted learner left", path.string(),
-                   tail->torn_bytes);
+                   tail.torn_bytes);
     }
-    journal_->continue_after(*tail);
-    journal_->append(start, wall_time_us());
+    journal_->continue_after(tail);
+    journal_->append(JournalStart{kAlgorithmVersion, study_id, settings_.learner_id},
+                     wall_time_us());
     journal_->sync();
   }
 
@@ -120,17 +101,6 @@ class LearnerDaemon : private EffectHandler {
   const LearnerCore& core() const { return *core_; }
 
  private:
-  static void check_same_study(const JournalStart& before, const JournalStart& now) {
-    if (before.study_id != now.study_id) {
-      throw std::runtime_error("the journal belongs to another study than study.toml");
-    }
-    if (before.algorithm_version != now.algorithm_version) {
-      throw std::runtime_error(
-          fmt::format("the journal was written by version {} of the algorithm, this is version {}",
-                      before.algorithm_version, now.algorithm_version));
-    }
-  }
-
   void stop(int signal) {
     if (is_stopping_) return loop_.stop();
     spdlog::warn("{}: waits for the roll-outs under way; once more ends at once",
@@ -238,6 +208,17 @@ class LearnerDaemon : private EffectHandler {
   std::exception_ptr failure_;
 };
 
+void salvage(const fs::path& journal) {
+  const Salvaged kept = salvage_journal(journal);
+  if (kept.damage.empty()) {
+    return spdlog::info("{}: nothing to salvage, it is whole", journal.string());
+  }
+  spdlog::warn("{}", kept.damage);
+  spdlog::warn(
+      "kept {} records ({} bytes) before the damage, left {} bytes; the journal as it was: {}",
+      kept.num_records, kept.bytes_kept, kept.bytes_lost, kept.whole.string());
+}
+
 }  // namespace
 
 int run_learner(const LearnerOptions& options) {
@@ -254,7 +235,8 @@ int run_learner(const LearnerOptions& options) {
 
   LearnerDaemon daemon(loaded.study, settings, options);
   if (!resumes) make_state_directory(directory, loaded.resolved_toml);
-  daemon.open_journal(journal_of(directory), content_hash(read_text(study_of(directory))));
+  if (options.salvage) salvage(journal_of(directory));
+  daemon.open_journal(journal_of(directory), content_hash(read_whole_file(study_of(directory))));
   spdlog::info("learner {:x}, study {}: {} conditions x {} repetitions, {} {}", settings.learner_id,
                loaded.study.name, loaded.study.conditions.size(), loaded.study.repetitions,
                resumes ? "goes on in" : "results go to", directory.string());

@@ -29,6 +29,9 @@ int learner_main(int argc, char** argv) {
                      "Empty or new directory for what the study yields [treeroll-runs/NAME]");
   CLI::Option* resume = app.add_option("--resume", options.resume_dir,
                                        "State directory of a study that was interrupted: go on");
+  app.add_flag("--salvage", options.salvage,
+               "With --resume: of a damaged journal keep the part before the damage")
+      ->needs(resume);
   app.add_option("--local-workers", options.local_workers,
                  "Start a worker daemon with this many evaluators on this host; 0: none")
       ->check(CLI::Range(0, protocol::kEvaluatorsPerWorkerMax))

@@ -11,6 +11,7 @@ namespace treeroll {
 struct LearnerOptions {
   std::filesystem::path study_file;    ///< of a new study
   std::filesystem::path resume_dir;    ///< or the state directory of one that is to go on
+  bool salvage = false;                ///< of a damaged journal keep the part before the damage
   std::vector<std::string> overrides;  ///< KEY=VALUE, each
   std::filesystem::path state_dir;     ///< empty: treeroll-runs/NAME
   int local_workers = 0;               ///< evaluators of a worker daemon of our own; 0: none

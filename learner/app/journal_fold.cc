@@ -1,0 +1,76 @@
+#include "learner/app/journal_fold.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+namespace treeroll {
+namespace {
+
+namespace fs = std::filesystem;
+
+void check_same_study(const JournalStart& start, const ContentHash& study_id) {
+  if (start.study_id != study_id) {
+    throw std::runtime_error("the journal belongs to another study than study.toml");
+  }
+  if (start.algorithm_version != kAlgorithmVersion) {
+    throw std::runtime_error(
+        fmt::format("the journal was written by version {} of the algorithm, this is version {}",
+                    start.algorithm_version, kAlgorithmVersion));
+  }
+}
+
+fs::path free_name(const fs::path& journal) {
+  for (int i = 1;; ++i) {
+    fs::path name = journal;
+    name += i == 1 ? ".damaged" : fmt::format(".damaged{}", i);
+    if (!fs::exists(name)) return name;
+  }
+}
+
+}  // namespace
+
+JournalTail fold_journal(const fs::path& journal, const ContentHash& study_id, TimePoint now,
+                         LearnerCore& core,
+                         const std::function<void(const JournalRecord&)>& on_record) {
+  LearnerEffects unsent;  // workers ask for definitions when they need them
+  core.step(now, learner_event::Started{}, unsent);
+  std::int64_t number = 0;
+  const Result<JournalTail> tail = read_journal(journal, [&](const JournalRecord& record) {
+    if (const auto* start = std::get_if<JournalStart>(&record)) check_same_study(*start, study_id);
+    if (const auto* result = std::get_if<AcceptedResult>(&record)) {
+      core.step(now, learner_event::Recovered{result}, unsent);
+      if (core.outcome() == LearnerCore::Outcome::kFailed) {
+        throw std::runtime_error(
+            fmt::format("{}: record {}: {}", journal.string(), number, core.failure()));
+      }
+      unsent = {};
+    }
+    ++number;
+    if (on_record) on_record(record);
+  });
+  if (!tail) {
+    throw std::runtime_error(tail.error().message +
+                             " (treeroll-learner --resume DIR --salvage keeps what is before)");
+  }
+  return *tail;
+}
+
+Salvaged salvage_journal(const fs::path& journal) {
+  const JournalWriter lock(journal);
+  Salvaged salvaged;
+  const Result<JournalTail> tail = read_journal(journal, [&](const JournalRecord& record) {
+    std::uint64_t check = 0;
+    salvaged.bytes_kept += frame(record, 0, 0, 0, check).size();
+    ++salvaged.num_records;
+  });
+  if (tail) return salvaged;
+  salvaged.damage = tail.error().message;
+  salvaged.bytes_lost = fs::file_size(journal) - salvaged.bytes_kept;
+  salvaged.whole = free_name(journal);
+  fs::copy_file(journal, salvaged.whole);
+  fs::resize_file(journal, salvaged.bytes_kept);
+  return salvaged;
+}
+
+}  // namespace treeroll
