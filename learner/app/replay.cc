@@ -111,6 +111,14 @@ void say(const Places& places, const JournalTail& tail, const Contents& contents
              contents.learners.size(), contents.num_results, contents.num_failed);
 }
 
+/// A text file, say: nothing in it is a record.
+bool is_journal(const Places& places, const JournalTail& tail) {
+  if (tail.num_records > 0) return true;
+  spdlog::error("{}: is no journal: not one record is in its {} bytes", places.journal.string(),
+                tail.torn_bytes);
+  return false;
+}
+
 bool verify(const Places& places) {
   const LoadedStudy loaded = load_study(places.study, {});
   LearnerCore core(loaded.study, LearnerSettings{});
@@ -123,6 +131,7 @@ bool verify(const Places& places) {
     spdlog::error("{}", error.what());
     return false;
   }
+  if (!is_journal(places, tail)) return false;
   say(places, tail, contents);
   fmt::print("verified   every draw and update is that of the study and the rewards\n");
   if (!fs::exists(places.directory / "runs.csv")) {
@@ -173,6 +182,7 @@ bool export_results(const Places& places, const ReplayOptions& options) {
     spdlog::error("{}", tail.error().message);
     return false;
   }
+  if (!is_journal(places, *tail)) return false;
   if (file) file->commit();
   if (std::fflush(stdout) != 0) throw std::runtime_error("cannot write to standard output");
   return true;
@@ -186,6 +196,7 @@ bool summarize_journal(const Places& places) {
     spdlog::error("{}", tail.error().message);
     return false;
   }
+  if (!is_journal(places, *tail)) return false;
   say(places, *tail, contents);
   if (!fs::exists(places.study)) return true;
   const LoadedStudy loaded = load_study(places.study, {});

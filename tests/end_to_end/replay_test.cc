@@ -1,0 +1,230 @@
+// A journal read back: treeroll-replay, forged journals, salvage, and logs played into a live
+// group.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <functional>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "learner/journal/journal_file.h"
+#include "tests/end_to_end/service.h"
+
+namespace treeroll::end_to_end {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+/// Two conditions, two repetitions each, in one order or the other.
+std::string study_text(const std::string& order) {
+  return "[study]\nname = \"small\"\nseed = 5\nrepetitions = 2\nrollouts = 60\nin_flight = 2\n"
+         "order = \"" +
+         order + R"("
+[task]
+name = "synthetic"
+mode = "sleep"
+duration_us = 500
+[policy]
+components = [2, 4]
+[exploration]
+noise_variance = [0.01, 0.1, 0.01]
+convergence_window = 10
+[[conditions]]
+name = "tree"
+policy.model = "tree"
+[[conditions]]
+name = "flat"
+policy.model = "flat"
+)";
+}
+
+struct Said {
+  int status = -1;
+  std::string output;
+  std::string errors;
+};
+
+class ReplayTest : public ::testing::Test {
+ protected:
+  /// Learns the study into the directory of that name.
+  fs::path learn(const std::string& name, const std::string& order = "sequence") {
+    const fs::path directory = service_.directory() / name;
+    Daemon learner("treeroll-learner",
+                   {service_.study(study_text(order)).string(), "--lcm-url", service_.url(),
+                    "--local-workers", "2", "--state-dir", directory.string()},
+                   service_.directory());
+    EXPECT_EQ(learner.wait(seconds(60)), 0) << learner.standard_error();
+    return directory;
+  }
+  Said run(const std::string& program, const std::vector<std::string>& arguments) const {
+    Daemon process(program, arguments, service_.directory());
+    const int status = process.wait(seconds(60));
+    return {status, process.standard_output(), process.standard_error()};
+  }
+  Said verify(const fs::path& directory) const {
+    return run("treeroll-replay", {directory.string(), "--verify"});
+  }
+
+  Service service_;
+};
+
+std::vector<JournalRecord> records_of(const fs::path& directory) {
+  std::vector<JournalRecord> records;
+  const auto tail = read_journal(directory / "journal.lcmlog",
+                                 [&](const JournalRecord& record) { records.push_back(record); });
+  EXPECT_TRUE(tail);
+  return records;
+}
+
+/// A journal of these records in which every check is right.
+void forge(const fs::path& directory, const std::vector<JournalRecord>& records) {
+  fs::remove(directory / "journal.lcmlog");
+  JournalWriter writer(directory / "journal.lcmlog");
+  writer.continue_after({});
+  for (const JournalRecord& record : records) writer.append(record, 0);
+  writer.sync();
+}
+
+TEST_F(ReplayTest, VerifiesAJournalOfEitherOrderAndItsFiles) {
+  for (const std::string order : {"sequence", "arrival"}) {
+    const Said said = verify(learn(order, order));
+    EXPECT_EQ(said.status, 0) << said.errors;
+    EXPECT_THAT(said.output, HasSubstr("sealed\n"));
+    EXPECT_THAT(said.output, HasSubstr("roll-outs  244, 0 failed\n"));  // with four evaluations
+    EXPECT_THAT(said.output, HasSubstr("results    6 files agree\n"));
+  }
+}
+
+TEST_F(ReplayTest, SummarisesAndExports) {
+  const fs::path directory = learn("good");
+  const Said summary = run("treeroll-replay", {directory.string()});
+  EXPECT_EQ(summary.status, 0) << summary.errors;
+  EXPECT_THAT(summary.output, HasSubstr("\ntree "));
+  const Said csv = run("treeroll-replay", {directory.string(), "--export", "csv"});
+  EXPECT_THAT(csv.output, StartsWith("run,rollout,reward,status,worker,learner\n"));
+  EXPECT_EQ(std::count(csv.output.begin(), csv.output.end(), '\n'), 1 + 244);
+  const fs::path file = service_.directory() / "results.jsonl";
+  const Said jsonl = run("treeroll-replay", {(directory / "journal.lcmlog").string(), "--export",
+                                             "jsonl", "--output", file.string()});
+  EXPECT_EQ(jsonl.status, 0) << jsonl.errors;
+  const std::string lines = read_file(file);
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 244);
+  EXPECT_EQ(nlohmann::json::parse(lines.substr(0, lines.find('\n')))["status"], "ok");
+}
+
+/// What a forger who knows the format writes: every record verifies, the story does not.
+TEST_F(ReplayTest, AForgedJournalIsFoundOut) {
+  const fs::path directory = learn("forged");
+  const std::vector<JournalRecord> good = records_of(directory);
+  const auto error_of = [&](const std::function<void(std::vector<JournalRecord>&)>& change) {
+    std::vector<JournalRecord> records = good;
+    change(records);
+    forge(directory, records);
+    const Said said = verify(directory);
+    EXPECT_EQ(said.status, 1) << said.output;
+    return said.errors;
+  };
+  EXPECT_EQ(verify(directory).status, 0);
+  EXPECT_THAT(error_of([](auto& records) { std::get<AcceptedResult>(records[3]).reward *= .5; }),
+              HasSubstr("differ"));
+  EXPECT_THAT(error_of([](auto& records) { records.insert(records.begin() + 4, records[3]); }),
+              HasSubstr("record 4: the journal answers run"));
+  EXPECT_THAT(error_of([](auto& records) { records.erase(records.begin() + 3); }),
+              HasSubstr("the journal answers run"));
+  EXPECT_THAT(error_of([](auto& records) { std::get<AcceptedResult>(records[5]).content ^= 1; }),
+              HasSubstr("record 5: the journal answers run"));
+  EXPECT_THAT(error_of([](auto& records) { std::get<AcceptedResult>(records[5]).key.run = 9999; }),
+              HasSubstr("record 5: the journal answers run 9999"));
+  EXPECT_THAT(error_of([](auto& records) { std::get<JournalStart>(records[0]).study_id = {}; }),
+              HasSubstr("another study"));
+  EXPECT_THAT(
+      error_of([](auto& records) { ++std::get<JournalStart>(records[0]).algorithm_version; }),
+      HasSubstr("version 2 of the algorithm, this is version 1"));
+  EXPECT_THAT(error_of([](auto& records) { records.resize(100); }), HasSubstr("differs from what"));
+}
+
+TEST_F(ReplayTest, ChangedAndMissingResultFilesAreNamed) {
+  const fs::path directory = learn("files");
+  std::string text = read_file(directory / "rollouts.csv");
+  text[text.size() / 2] ^= 1;
+  write_file(directory / "rollouts.csv", text);
+  fs::remove(directory / "policies" / "flat-1.json");
+  const Said said = verify(directory);
+  EXPECT_EQ(said.status, 1);
+  EXPECT_THAT(said.errors, HasSubstr("rollouts.csv: differs"));
+  EXPECT_THAT(said.errors, HasSubstr("flat-1.json: is missing"));
+}
+
+TEST_F(ReplayTest, WhatIsNoJournalIsRefused) {
+  const fs::path folder = service_.directory();
+  write_file(folder / "text", "no journal, not even binary, but long enough to be looked at twice");
+  fs::create_directory(folder / "empty");
+  EXPECT_EQ(verify(folder / "missing").status, 2);
+  EXPECT_EQ(verify(folder / "empty").status, 2);
+  EXPECT_EQ(verify("/dev/null").status, 2);
+  EXPECT_EQ(run("treeroll-replay", {}).status, 2);
+  EXPECT_EQ(run("treeroll-replay", {folder.string(), "--verify", "--export", "csv"}).status, 2);
+  const Said text = run("treeroll-replay", {(folder / "text").string()});
+  EXPECT_EQ(text.status, 1);
+  EXPECT_THAT(text.errors, HasSubstr("is no journal: not one record is in its 66 bytes"));
+}
+
+TEST_F(ReplayTest, SalvageKeepsThePartBeforeTheDamageAndTheStudyEndsAsItShould) {
+  const fs::path directory = learn("damaged");
+  const std::string rollouts = read_file(directory / "rollouts.csv");
+  std::string journal = read_file(directory / "journal.lcmlog");
+  journal[journal.size() / 2] ^= 4;
+  write_file(directory / "journal.lcmlog", journal);
+  const std::vector<std::string> resume = {"--resume", directory.string(), "--local-workers",
+                                           "2",        "--lcm-url",        service_.url()};
+  const Said refused = run("treeroll-learner", resume);
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("--salvage keeps what is before"));
+  EXPECT_EQ(read_file(directory / "journal.lcmlog"), journal);
+
+  std::vector<std::string> salvage = resume;
+  salvage.emplace_back("--salvage");
+  const Said salvaged = run("treeroll-learner", salvage);
+  EXPECT_EQ(salvaged.status, 0) << salvaged.errors;
+  EXPECT_THAT(salvaged.errors, HasSubstr("kept "));
+  EXPECT_EQ(read_file(directory / "journal.lcmlog.damaged"), journal);
+  EXPECT_EQ(read_file(directory / "rollouts.csv"), rollouts);
+  EXPECT_EQ(verify(directory).status, 0);
+  EXPECT_THAT(run("treeroll-learner", salvage).errors, HasSubstr("nothing to salvage"));
+}
+
+TEST_F(ReplayTest, LogsPlayedIntoALiveGroupChangeNoResult) {
+  const fs::path log = service_.directory() / "run.lcmlog";
+  std::optional<Daemon> logger(
+      std::in_place, "/usr/bin/lcm-logger",
+      std::vector<std::string>{"--quiet", "--lcm-url=" + service_.url(), log.string()},
+      service_.directory());
+  ASSERT_TRUE(eventually(seconds(10), [&] { return fs::exists(log); }));
+  const fs::path first = learn("first");
+  logger->kill(SIGINT);
+  ASSERT_NE(logger->wait(seconds(10)), -1);
+  ASSERT_GT(fs::file_size(log), 10'000);
+
+  // The same study once more, while the first one's log and journal are played.
+  const auto play = [&](const fs::path& file) {
+    return Daemon("/usr/bin/lcm-logplayer",
+                  {"--lcm-url=" + service_.url(), "--speed=1", file.string()},
+                  service_.directory());
+  };
+  const Daemon log_player = play(log);
+  const Daemon journal_player = play(first / "journal.lcmlog");
+  const fs::path second = learn("second");
+  EXPECT_EQ(read_file(first / "rollouts.csv"), read_file(second / "rollouts.csv"));
+  EXPECT_EQ(read_file(first / "runs.csv"), read_file(second / "runs.csv"));
+  const Said said = verify(second);
+  EXPECT_EQ(said.status, 0) << said.errors;
+  EXPECT_THAT(said.output, HasSubstr("roll-outs  244, 0 failed\n"));
+}
+
+}  // namespace
+}  // namespace treeroll::end_to_end
