@@ -1,0 +1,58 @@
+// The worked example of learner/journal/README.md is what the code writes.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "learner/journal/journal_record.h"
+
+namespace treeroll {
+namespace {
+
+std::string hex(std::string_view bytes) {
+  std::string text;
+  for (const char byte : bytes) text += fmt::format("{:02x}", static_cast<unsigned char>(byte));
+  return text;
+}
+
+/// Bytes of a record as the README sets them out: a line a group of fields.
+std::string lines_of(const std::string& bytes, std::initializer_list<std::size_t> lengths) {
+  std::string text;
+  std::size_t at = 0;
+  for (const std::size_t length : lengths) {
+    text += fmt::format("{:2} {}\n", at, hex(std::string_view(bytes).substr(at, length)));
+    at += length;
+  }
+  EXPECT_EQ(at, bytes.size());
+  return text;
+}
+
+TEST(WorkedExampleTest, IsWhatTheCodeWrites) {
+  std::uint64_t check = 0;
+  const std::string start = frame(
+      JournalStart{
+          .algorithm_version = 1, .study_id = content_hash("[study]\n"), .learner_id = 258},
+      0, 1'000'000, 0, check);
+  const std::string result = frame(AcceptedResult{.key = {.run = 2, .number = 7},
+                                                  .content = 9,
+                                                  .reward = .5,
+                                                  .status = RolloutStatus::kOk,
+                                                  .worker_id = 4660},
+                                   1, 2'000'000, check, check);
+  const std::string seal = frame(JournalSeal{}, 2, 3'000'000, check, check);
+  const std::string example = lines_of(start, {4, 8, 8, 4, 4, 16, 1, 4, 16, 8, 8, 8}) + "\n" +
+                              lines_of(result, {4, 8, 8, 4, 4, 16, 1, 4, 4, 8, 8, 1, 8, 8, 8}) +
+                              "\n" + lines_of(seal, {4, 8, 8, 4, 4, 16, 1, 8, 8});
+  std::ifstream file(TREEROLL_SOURCE_DIR "/learner/journal/README.md");
+  std::string bytes_only;  // without what the lines say of them
+  for (std::string line; std::getline(file, line);) {
+    bytes_only += line.substr(0, line.find("  ", 3)) + "\n";
+  }
+  EXPECT_THAT(bytes_only, testing::HasSubstr(example));
+}
+
+}  // namespace
+}  // namespace treeroll
