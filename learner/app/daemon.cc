@@ -10,6 +10,7 @@
 #include <cstring>
 #include <exception>
 #include <random>
+#include <set>
 #include <stdexcept>
 
 #include "common/base/config_error.h"
@@ -208,6 +209,17 @@ class LearnerDaemon : private EffectHandler {
   std::exception_ptr failure_;
 };
 
+/// How well each model that was fitted describes its demonstration; conditions share models.
+void log_fits(const LoadedStudy& loaded) {
+  std::set<std::vector<double>> said;
+  for (std::size_t i = 0; i < loaded.log_likelihoods.size(); ++i) {
+    const std::vector<double>& by_layer = loaded.log_likelihoods[i];
+    if (by_layer.empty() || !said.insert(by_layer).second) continue;
+    spdlog::info("{}: log-likelihood per sample of the demonstration, layer by layer: {:.4f}",
+                 loaded.study.conditions[i].name, fmt::join(by_layer, ", "));
+  }
+}
+
 void salvage(const fs::path& journal) {
   const Salvaged kept = salvage_journal(journal);
   if (kept.damage.empty()) {
@@ -240,6 +252,7 @@ int run_learner(const LearnerOptions& options) {
   spdlog::info("learner {:x}, study {}: {} conditions x {} repetitions, {} {}", settings.learner_id,
                loaded.study.name, loaded.study.conditions.size(), loaded.study.repetitions,
                resumes ? "goes on in" : "results go to", directory.string());
+  log_fits(loaded);
   if (resumes) {
     spdlog::info("{} roll-outs are in the journal", daemon.core().counters().applied);
   }

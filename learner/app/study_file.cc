@@ -230,6 +230,7 @@ class StudyBuilder {
                         .exploration = read_exploration(settings.at("exploration"), policy.start,
                                                         budget, exploration_table)};
     check_message_sizes(condition);
+    loaded_.log_likelihoods.push_back(policy.start.log_likelihoods);
 
     for (const char* own : {"rollouts", "in_flight"}) study_table.erase(own);
     study_table_ = std::move(study_table);

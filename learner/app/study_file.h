@@ -20,6 +20,8 @@ struct LoadedStudy {
   /// A study file that loads to an equal study: each condition with all its settings, defaults
   /// included. A task's settings stand as they were given: only workers know its defaults.
   std::string resolved_toml;
+  /// By condition: StartPolicy::log_likelihoods.
+  std::vector<std::vector<double>> log_likelihoods;
   std::vector<SettingOrigins> origins;  ///< by condition: where its settings stand
 };
 

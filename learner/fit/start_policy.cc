@@ -84,8 +84,17 @@ ThetaLayout read_layout(SettingsReader& policy) {
   return static_cast<ThetaLayout>(index);
 }
 
-TreeModel fit_demonstration(SettingsReader& policy, FrameKind frame_kind,
-                            const FileReader& read_file) {
+std::vector<double> log_likelihoods(const TreeModel& tree, const Eigen::MatrixXd& data) {
+  std::vector<double> by_layer;
+  for (int layer = 1; layer <= tree.num_layers(); ++layer) {
+    by_layer.push_back(mean_log_likelihood(tree.layer(layer), data));
+  }
+  return by_layer;
+}
+
+/// @return  a policy whose layout is still to be set
+StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind,
+                              const FileReader& read_file) {
   const std::string model = policy.choice("model", {"tree", "flat", "top_down_tree"}, "tree");
   const Demonstration demonstration = read_demonstration(policy.table("demonstration"), read_file);
   const Eigen::MatrixXd& data = demonstration.data;
@@ -101,9 +110,11 @@ TreeModel fit_demonstration(SettingsReader& policy, FrameKind frame_kind,
   }
   const int num_layers = static_cast<int>(components.size());
   try {
-    return model == "flat"   ? fit_flat(data, components.back(), fit)
-           : model == "tree" ? fit_bottom_up(data, components.front(), num_layers, fit)
-                             : fit_top_down(data, components.back(), num_layers, fit);
+    TreeModel tree = model == "flat"   ? fit_flat(data, components.back(), fit)
+                     : model == "tree" ? fit_bottom_up(data, components.front(), num_layers, fit)
+                                       : fit_top_down(data, components.back(), num_layers, fit);
+    std::vector<double> by_layer = log_likelihoods(tree, data);
+    return {.tree = std::move(tree), .log_likelihoods = std::move(by_layer)};
   } catch (const FitError& error) {
     policy.refuse("fit", fmt::format("no model can be fitted: {}", error.what()));
   } catch (const std::invalid_argument& error) {
@@ -126,9 +137,10 @@ StartPolicy read_start_policy(SettingsReader& policy, const FileReader& read_fil
       policy.choice("frames", {"eigenvector", "cholesky"}, "eigenvector") == "cholesky"
           ? FrameKind::kCholesky
           : FrameKind::kEigenvector;
-  return {is_given ? given_components(policy, frame_kind)
-                   : fit_demonstration(policy, frame_kind, read_file),
-          layout};
+  StartPolicy start = is_given ? StartPolicy{.tree = given_components(policy, frame_kind)}
+                               : fit_demonstration(policy, frame_kind, read_file);
+  start.layout = layout;
+  return start;
 }
 
 }  // namespace treeroll

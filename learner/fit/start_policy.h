@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "common/policy/theta_layout.h"
 #include "common/policy/tree_model.h"
 #include "learner/fit/csv_demonstration.h"
@@ -12,6 +14,8 @@ class SettingsReader;
 struct StartPolicy {
   TreeModel tree;
   ThetaLayout layout = ThetaLayout::kMeansCholesky;
+  /// Of a fit: log-likelihood per sample of the demonstration, layer by layer, coarse to fine.
+  std::vector<double> log_likelihoods = {};
 };
 
 /// Reads the [policy] table of a study and builds the policy it describes: from a demonstration,

@@ -47,6 +47,15 @@ TEST(StartPolicyTest, GivesTheTreeOfTheSwingUpByDefault) {
   EXPECT_EQ(to_json({policy.tree, 1, policy.layout}), to_json({expected, 1, policy.layout}));
 }
 
+TEST(StartPolicyTest, TellsHowWellEachLayerDescribesTheDemonstration) {
+  const StartPolicy policy = read("{}");
+  ASSERT_EQ(policy.log_likelihoods.size(), 2);
+  const Eigen::MatrixXd data = demonstrate({});
+  EXPECT_EQ(policy.log_likelihoods[0], mean_log_likelihood(policy.tree.layer(1), data));
+  EXPECT_EQ(policy.log_likelihoods[1], mean_log_likelihood(policy.tree.layer(2), data));
+  EXPECT_GT(policy.log_likelihoods[1], policy.log_likelihoods[0]);  // four Gaussians, not two
+}
+
 TEST(StartPolicyTest, ReadsEveryKey) {
   const StartPolicy policy = read(R"({
       "model": "top_down_tree", "components": [1, 2, 4], "layout": "means", "frames": "cholesky",
