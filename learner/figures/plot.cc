@@ -78,9 +78,10 @@ void arrange(const PanelGrid& grid, Plot& plot) {
 
   plot.commands = "  set multiplot\n";
   for (int i = 0; i < num_panels; ++i) {
+    const int column = i % num_columns;
+    const int row = i / num_columns;  // from above; gnuplot's origin is below
     plot.commands += fmt::format("  set origin {:.6f},{:.6f}; set size {:.6f},{:.6f}\n",
-                                 width * (i % num_columns),
-                                 height * (num_rows - 1 - i / num_columns), width, height);
+                                 width * column, height * (num_rows - 1 - row), width, height);
     plot.commands += grid.commands[static_cast<std::size_t>(i)];
   }
   if (!grid.labels.empty()) {
