@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/json_text.h"
 #include "common/policy/frame.h"
 #include "common/policy/policy.h"
 
@@ -200,21 +201,14 @@ TreeModel read_tree(const Place& policy) {
   }
 }
 
-/// Parses without exceptions and without following nesting any deeper than a policy goes.
 json parse(std::string_view text) {
   if (text.size() > kTextBytesMax) {
     throw Refusal("the text",
                   fmt::format("has {} bytes, must have at most {}", text.size(), kTextBytesMax));
   }
-  bool too_deep = false;
-  const json::parser_callback_t guard = [&](int depth, json::parse_event_t, json&) {
-    too_deep = too_deep || depth > kNestingMax;
-    return !too_deep;
-  };
-  json value = json::parse(text, guard, false);
-  if (too_deep) throw Refusal("the text", "is nested too deeply");
-  if (value.is_discarded()) throw Refusal("the text", "must be JSON");
-  return value;
+  Result<json> value = parse_json(text, kNestingMax);
+  if (!value) throw Refusal("the text", value.error().message);
+  return std::move(*value);
 }
 
 Policy read_policy(std::string_view text) {

@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/timerfd.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdint>
 #include <utility>
 
@@ -19,6 +22,17 @@ constexpr int kQueueCapacity = 10000;
 /// Messages taken in one go before timers and other descriptors get their turn.
 constexpr int kMessagesPerTurn = 256;
 constexpr int kReconnectSeconds = 2;
+/// liblcm reads and writes whole messages. A server that stops amid one costs so much, and then
+/// the connection, not the daemon.
+constexpr timeval kMessageTimeMax{1, 0};
+
+void limit_waiting(int descriptor) {
+  for (const int direction : {SO_RCVTIMEO, SO_SNDTIMEO}) {
+    CHECK(setsockopt(descriptor, SOL_SOCKET, direction, &kMessageTimeMax, sizeof kMessageTimeMax) ==
+              0,
+          "a socket's time limit");
+  }
+}
 
 /// tcpq, memq, file: liblcm's descriptor, watched in the loop. A tcpq server that goes away takes
 /// the descriptor with it; a timer of the bus connects again.
@@ -43,6 +57,7 @@ class DescriptorBus final : public LcmBus {
   /// Empty if the bus is connected, otherwise why not.
   std::optional<std::string> open() {
     if (url_.provider == Provider::kTcpq) {
+      std::signal(SIGPIPE, SIG_IGN);  // liblcm writes to a server that has gone
       if (auto problem = tcpq_problem(url_)) return problem;
     }
     lcm_.reset(lcm_create(url_.text.c_str()));
@@ -58,8 +73,9 @@ class DescriptorBus final : public LcmBus {
       CHECK(subscription != nullptr, "liblcm refuses a channel name");
       lcm_subscription_set_queue_capacity(subscription, kQueueCapacity);
     }
-    if (url_.provider == Provider::kTcpq && lcm_get_fileno(lcm_.get()) < 0) {
-      return "the tcpq server hung up";
+    if (url_.provider == Provider::kTcpq) {
+      if (lcm_get_fileno(lcm_.get()) < 0) return "the tcpq server hung up";
+      limit_waiting(lcm_get_fileno(lcm_.get()));
     }
     follow_descriptor();
     return std::nullopt;

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <optional>
 #include <thread>
 
 namespace treeroll {
@@ -61,6 +62,7 @@ Result<pid_t> launch(const std::string& program, const std::vector<std::string>&
   const pid_t child = fork();
   if (child < 0) return Error{fmt::format("cannot fork: {}", std::strerror(errno))};
   if (child > 0) return child;
+  std::signal(SIGPIPE, SIG_DFL);  // ignoring it is our business alone
   if (standard_input < 0) setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(kCannotStart);  // it died before the line above
@@ -111,6 +113,24 @@ Result<std::string> converse(Pipe& to_child, Pipe& from_child, const std::string
   }
 }
 
+/// Reaps the child if it ends before the deadline.
+std::optional<int> wait_until(pid_t child, Clock::time_point deadline) {
+  for (;;) {
+    int wait_status = 0;
+    if (waitpid(child, &wait_status, WNOHANG) == child) return wait_status;
+    if (Clock::now() > deadline) return std::nullopt;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+int kill_and_reap(pid_t child) {
+  kill(child, SIGKILL);
+  int wait_status = 0;
+  while (waitpid(child, &wait_status, 0) < 0 && errno == EINTR) {
+  }
+  return wait_status;
+}
+
 }  // namespace
 
 std::filesystem::path program_beside_us(const std::string& name) {
@@ -132,18 +152,20 @@ Result<ProgramOutput> run_program(const std::filesystem::path& program,
   if (!child) return child.error();
   to_child.close_read();
   from_child.close_write();
-  Result<std::string> output =
-      converse(to_child, from_child, input, Clock::now() + limit, output_bytes_max);
-  if (!output) kill(*child, SIGKILL);
-  int wait_status = 0;
-  while (waitpid(*child, &wait_status, 0) < 0 && errno == EINTR) {
+  const Clock::time_point deadline = Clock::now() + limit;
+  Result<std::string> output = converse(to_child, from_child, input, deadline, output_bytes_max);
+  // It may have closed its output without ending.
+  std::optional<int> wait_status = output ? wait_until(*child, deadline) : std::nullopt;
+  if (!wait_status) {
+    wait_status = kill_and_reap(*child);
+    if (output) output = Error{"it takes too long"};
   }
   std::signal(SIGPIPE, before);
   if (!output) return Error{fmt::format("{}: {}", program.string(), output.error().message)};
-  if (status_of(wait_status) == kCannotStart) {
+  if (status_of(*wait_status) == kCannotStart) {
     return Error{fmt::format("{}: cannot be executed", program.string())};
   }
-  return ProgramOutput{status_of(wait_status), std::move(*output)};
+  return ProgramOutput{status_of(*wait_status), std::move(*output)};
 }
 
 Result<pid_t> start_child(const std::filesystem::path& program,
@@ -153,15 +175,7 @@ Result<pid_t> start_child(const std::filesystem::path& program,
 
 void end_child(pid_t child, std::chrono::milliseconds grace) {
   kill(child, SIGTERM);
-  const Clock::time_point deadline = Clock::now() + grace;
-  while (waitpid(child, nullptr, WNOHANG) == 0) {
-    if (Clock::now() > deadline) {
-      kill(child, SIGKILL);
-      waitpid(child, nullptr, 0);
-      return;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  if (!wait_until(child, Clock::now() + grace)) kill_and_reap(child);
 }
 
 }  // namespace treeroll

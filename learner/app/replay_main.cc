@@ -11,7 +11,7 @@
 namespace treeroll {
 namespace {
 
-constexpr int kDiffers = 1;
+constexpr int kDiffers = 1;  ///< or cannot be read or written
 constexpr int kBadInput = 2;
 
 int replay_main(int argc, char** argv) {
@@ -39,9 +39,15 @@ int replay_main(int argc, char** argv) {
   }
   try {
     return replay(options) ? 0 : kDiffers;
-  } catch (const std::exception& error) {
+  } catch (const ConfigError& error) {
     spdlog::error("{}", error.what());
     return kBadInput;
+  } catch (const StudyError& error) {
+    spdlog::error("{}", error.what());
+    return kBadInput;
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+    return kDiffers;
   }
 }
 

@@ -178,9 +178,9 @@ void find_demonstration_files(const std::filesystem::path& directory, json& sett
   if (!settings.contains(where) || !settings[where].is_array()) return;
   for (json& file : settings[where]) {
     if (!file.is_string()) continue;
-    file = (std::filesystem::absolute(directory) / file.get<std::string>())
-               .lexically_normal()
-               .string();
+    // Joined first: the folder of a study named without one is empty, which has no absolute path.
+    file =
+        std::filesystem::absolute(directory / file.get<std::string>()).lexically_normal().string();
   }
 }
 

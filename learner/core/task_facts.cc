@@ -3,17 +3,19 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
+#include "common/base/json_text.h"
 #include "common/base/settings_reader.h"
 
 namespace treeroll {
 
 Result<TaskFacts> task_facts_from_json(std::string_view text) {
   constexpr int kDimMax = 1024;
-  const nlohmann::json json = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (json.is_discarded()) return Error{"the description of a task is not JSON"};
+  constexpr int kNestingMax = 2;
+  const Result<nlohmann::json> json = parse_json(text, kNestingMax);
+  if (!json) return Error{"the description of a task " + json.error().message};
   nlohmann::json resolved;
   try {
-    SettingsReader reader(json, "description", resolved);
+    SettingsReader reader(*json, "description", resolved);
     TaskFacts facts;
     facts.input_dim = static_cast<int>(reader.integer("input_dim", 1, kDimMax));
     facts.output_dim = static_cast<int>(reader.integer("output_dim", 1, kDimMax));

@@ -18,6 +18,9 @@ constexpr double kSigmaMin = 1e-10;
 constexpr double kSigmaMax = 1e10;
 /// No axis is shorter than this share of the longest, in variance.
 constexpr double kConditionMin = 1e-14;
+/// However fast the rates, the path replaces at most half of the covariance: mirrored members of
+/// equal reward have a path of exactly zero, and all of it would be nothing.
+constexpr double kPathRateMax = .5;
 
 double squared(double x) { return x * x; }
 
@@ -52,8 +55,9 @@ CmaEs::CmaEs(CmaEsSettings settings, const SearchDistribution& start)
 
   c_sigma_ = (mu_eff_ + 2) / (n + mu_eff_ + 5);  // (55)
   d_sigma_ = 1 + 2 * std::max(0., std::sqrt((mu_eff_ - 1) / (n + 1)) - 1) + c_sigma_;
-  c_c_ = (4 + mu_eff_ / n) / (n + 4 + 2 * mu_eff_ / n);                          // (56)
-  c_1_ = std::min(1., settings.rate_factor * 2 / (squared(n + 1.3) + mu_eff_));  // (57)
+  c_c_ = (4 + mu_eff_ / n) / (n + 4 + 2 * mu_eff_ / n);  // (56)
+  c_1_ = std::min(kPathRateMax,
+                  settings.rate_factor * 2 / (squared(n + 1.3) + mu_eff_));  // (57)
   c_mu_ = std::min(1 - c_1_, settings.rate_factor * 2 * (.25 + mu_eff_ + 1 / mu_eff_ - 2) /
                                  (squared(n + 2) + mu_eff_));  // (58)
   chi_n_ = std::sqrt(n) * (1 - 1 / (4 * n) + 1 / (21 * n * n));

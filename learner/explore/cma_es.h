@@ -12,7 +12,7 @@ namespace treeroll {
 struct CmaEsSettings {
   int population = 12;     ///< lambda, at least 2
   bool active = true;      ///< bad members take variance away along their steps
-  double rate_factor = 1;  ///< on c_1 and c_mu; c_mu at most 1 - c_1
+  double rate_factor = 1;  ///< on c_1 and c_mu; c_1 at most .5, c_mu 1 - c_1
 };
 
 /// CMA-ES with full covariance, as in Hansen, "The CMA Evolution Strategy: A Tutorial" (2016):

@@ -184,7 +184,7 @@ INSTANTIATE_TEST_SUITE_P(
                  std::string(500'000, '['),
                  "",
                  {},
-                 {"POLICY = ", "nested too deeply"}},
+                 {"POLICY = ", "nested deeper"}},
         BadInput{"policy_is_too_large",
                  std::string((1U << 20U) + 1, ' '),
                  "",

@@ -164,6 +164,32 @@ TEST(CmaEsTest, EqualRewardsGiveThePlainMeanInAnyOrder) {
   EXPECT_NEAR(mean[1] / mean[0], 1.6 / .8, 1e-12);
 }
 
+TEST(CmaEsTest, KeepsACovarianceWhenMirroredMembersHaveEqualRewards) {
+  // The path is then exactly zero, and with fast rates nothing else was left of the covariance.
+  for (const int dim : {1, 2, 5}) {
+    for (const int population : {2, 4, 12}) {
+      for (const double rate_factor : {1., 8., 100.}) {
+        CmaEs search({.population = population, .active = true, .rate_factor = rate_factor},
+                     round(Eigen::VectorXd::Zero(dim), 1));
+        for (int first = 0; first < 50 * population; first += population) {
+          const std::vector<RatedRollout> half = drawn(
+              search, population / 2, first, [](const Eigen::VectorXd&) { return 0; }, 1);
+          std::vector<RatedRollout> generation;
+          for (const RatedRollout& member : half) {
+            generation.push_back(member);
+            generation.push_back({member.rollout + population, member.reward,
+                                  2 * search.distribution().mean - member.theta});
+          }
+          search.update(generation);
+          ASSERT_TRUE(search.distribution().noise.allFinite());
+          ASSERT_GT(search.distribution().noise.trace(), 0)
+              << dim << " " << population << " " << rate_factor;
+        }
+      }
+    }
+  }
+}
+
 TEST(CmaEsTest, ClipsAMemberThatIsTooFarAway) {
   const double limit = std::sqrt(2) + 2 * 2 / 4.;
   const auto mean_with = [](double distance) {

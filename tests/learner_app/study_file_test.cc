@@ -56,6 +56,12 @@ TEST(StudyFileTest, FilesOfADemonstrationStandBesideTheStudy) {
   // Resolved, the study can stand anywhere.
   const LoadedStudy again = load_study(StudyText(loaded.resolved_toml).path(), {});
   study_test::expect_equal(again.study, loaded.study);
+  // Named without a folder, it stands in the current one.
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(file.folder());
+  EXPECT_NO_THROW(
+      study_test::expect_equal(load_study(file.path().filename(), {}).study, loaded.study));
+  std::filesystem::current_path(before);
   std::filesystem::remove(file.folder() / "demo.csv");
   EXPECT_THAT(study_test::error_of(file, [](const auto& path) { load_study(path, {}); }),
               HasSubstr("demo.csv: is no file"));

@@ -106,7 +106,8 @@ TEST(PolicyJsonTest, SaysWhatAndWhereIsWrongWithATextFromOutside) {
        [](json& p) {
          p["layers"][2][0]["axes"] = {1, 0, 0, 1};
        }},
-      {"is nested too deeply", [](json& p) { p["layer"] = json::parse("[[[[[[[[[[]]]]]]]]]]"); }},
+      {"must not be nested deeper than 5",
+       [](json& p) { p["layer"] = json::parse("[[[[[[[[[[]]]]]]]]]]"); }},
   };
   ASSERT_TRUE(policy_from_json(good.dump()));
   for (const Case& one : cases) {

@@ -10,6 +10,7 @@
 #include "tests/transport/child_process.h"
 #include "tests/transport/loopback.h"
 #include "tests/transport/message_maker.h"
+#include "tests/transport/stalling_tcpq_server.h"
 
 #ifdef __SANITIZE_ADDRESS__
 // liblcm's tcpq never frees the names of its subscriptions; the stack of it ends in glib.
@@ -101,6 +102,17 @@ TEST(ProviderTest, WhatIsNoTcpqServerIsNotWaitedForForever) {
   const auto bus = open_bus(loop, {url, {}, {}});
   ASSERT_FALSE(bus);
   EXPECT_THAT(bus.error().message, HasSubstr("no answer within a second"));
+}
+
+/// Shakes hands with whoever comes, says the head of a message and then nothing more.
+TEST(ProviderTest, ATcpqServerThatStopsAmidAMessageCostsTheConnectionNotTheDaemon) {
+  const StallingTcpqServer server;
+  Loop loop;
+  const auto bus = open_bus(loop, {server.url(), {Channel::kRewardBatch}, [](const Message&) {}});
+  ASSERT_TRUE(bus) << bus.error().message;
+  ASSERT_TRUE(run_until(
+      loop, [&] { return server.num_connections() >= 4; }, std::chrono::seconds(30)))
+      << "it probes and connects, and after the half message both again";
 }
 
 const char* const kLcmJar = "/usr/share/java/lcm.jar";

@@ -55,6 +55,13 @@ TEST(DescribeTaskTest, RefusesWhatIsNoTask) {
   }
 }
 
+TEST(DescribeTaskTest, RefusesBottomlessNesting) {
+  const std::string deep = R"({"name": "synthetic", "settings": )" + std::string(100'000, '[');
+  const Outcome outcome = run({"--describe-task"}, deep);
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.output, HasSubstr("must not be nested deeper than 64"));
+}
+
 TEST(DescribeTaskTest, RefusesAnEndlessInput) {
   EXPECT_EQ(run({"--describe-task"}, std::string((1U << 20U) + 1, ' ')).status, 2);
 }

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
+#include "common/base/json_text.h"
 #include "common/base/settings_reader.h"
 #include "common/policy/policy.h"
 #include "workers/app/checked_evaluation.h"
@@ -34,13 +35,9 @@ struct Request {
 };
 
 Request read_request() {
-  bool too_deep = false;
-  const json::parser_callback_t guard = [&](int depth, json::parse_event_t, json&) {
-    too_deep = too_deep || depth > kNestingMax;
-    return !too_deep;
-  };
-  json value = json::parse(read_standard_input("request", kRequestBytesMax), guard, false);
-  if (too_deep) throw ConfigError("request", "", "is nested too deeply");
+  Result<json> parsed = parse_json(read_standard_input("request", kRequestBytesMax), kNestingMax);
+  if (!parsed) throw ConfigError("request", "", parsed.error().message);
+  json& value = *parsed;
   if (!value.is_object() || !value.contains("task")) {
     throw ConfigError("request", "",
                       R"(must be a JSON object {"task": {...}, "policy": ..., ...})");

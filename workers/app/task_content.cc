@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
+#include "common/base/json_text.h"
 #include "workers/app/json_answer.h"
 
 namespace treeroll::worker {
@@ -14,6 +15,8 @@ using nlohmann::json;
 
 constexpr std::size_t kInputBytesMax = 1U << 20U;
 constexpr std::size_t kShownBytesMax = 200;
+/// Settings of a study go to a depth of 32; what follows the nesting later does so by recursion.
+constexpr int kNestingMax = 64;
 
 void check(const TaskDescription& description, const std::string& name) {
   const auto require = [&](bool condition, const char* rule) {
@@ -30,7 +33,9 @@ void check(const TaskDescription& description, const std::string& name) {
 }
 
 json parse(const std::string& content) {
-  json value = json::parse(content, nullptr, false);
+  Result<json> parsed = parse_json(content, kNestingMax);
+  if (!parsed) throw ConfigError("task", content.substr(0, kShownBytesMax), parsed.error().message);
+  json value = std::move(*parsed);
   if (!value.is_object() || value.size() != 2 || !value.contains("name") ||
       !value.contains("settings")) {
     throw ConfigError("task", content.substr(0, kShownBytesMax),

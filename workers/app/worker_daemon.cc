@@ -8,6 +8,7 @@
 #include <utility>
 #include <variant>
 
+#include "common/base/json_text.h"
 #include "workers/app/packet.h"
 
 namespace treeroll::worker {
@@ -29,7 +30,9 @@ Death cause_of(const ChildEnd& end) {
 /// What an evaluator says of a definition it has built. A user's code runs in there, so nothing
 /// is taken for granted: empty if a number is missing or out of its range.
 std::optional<DefinitionFacts> read_facts(DefinitionKind kind, const std::string& text) {
-  const json value = json::parse(text, nullptr, false);
+  constexpr int kNestingMax = 2;
+  const Result<json> parsed = parse_json(text, kNestingMax);
+  const json value = parsed ? *parsed : json();
   const auto integer = [&](const char* key, int& number) {
     if (!value.is_object() || !value.contains(key) || !value[key].is_number_integer()) return false;
     number = value[key].get<int>();
