@@ -25,16 +25,29 @@ Measure read_measure(SettingsReader& reader) {
       {"final", MeasureKind::kFinal},
       {"switch", MeasureKind::kSwitch},
       {"before_switch", MeasureKind::kBeforeSwitch},
-      {"after_switch", MeasureKind::kAfterSwitch}};
+      {"after_switch", MeasureKind::kAfterSwitch},
+      {"drop", MeasureKind::kDrop},
+      {"gain", MeasureKind::kGain},
+      {"steepest", MeasureKind::kSteepest},
+      {"log_likelihood", MeasureKind::kLogLikelihood}};
   Measure measure;
-  measure.kind = kKinds.at(reader.choice(
-      "measure", {"near", "mean", "best", "final", "switch", "before_switch", "after_switch"},
-      "near"));
+  measure.kind =
+      kKinds.at(reader.choice("measure",
+                              {"near", "mean", "best", "final", "switch", "before_switch",
+                               "after_switch", "drop", "gain", "steepest", "log_likelihood"},
+                              "near"));
   const bool has_place = measure.kind == MeasureKind::kNear || measure.kind == MeasureKind::kMean ||
-                         measure.kind == MeasureKind::kBest;
+                         measure.kind == MeasureKind::kBest || measure.kind == MeasureKind::kGain ||
+                         measure.kind == MeasureKind::kSteepest;
   if (has_place) measure.rollout = static_cast<int>(reader.integer("rollout", 1, kRolloutMax));
   if (measure.kind == MeasureKind::kNear && measure.rollout < 5) {
     reader.refuse("rollout", "must be at least 5: near means the five roll-outs up to it");
+  }
+  if (measure.kind == MeasureKind::kGain && measure.rollout < 5) {
+    reader.refuse("rollout", "must be at least 5: a gain is of the mean of five roll-outs");
+  }
+  if (measure.kind == MeasureKind::kSteepest && measure.rollout < 55) {
+    reader.refuse("rollout", "must be at least 55: the means of five roll-outs, 50 apart");
   }
   if (measure.kind == MeasureKind::kMean) {
     measure.from = static_cast<int>(reader.integer("from", 1, measure.rollout));
@@ -44,19 +57,26 @@ Measure read_measure(SettingsReader& reader) {
 
 void read_kind(SettingsReader& reader, Claim& claim) {
   static const std::map<std::string, ClaimKind> kKinds = {
-      {"greater", ClaimKind::kGreater}, {"equal_within", ClaimKind::kEqualWithin},
-      {"highest", ClaimKind::kHighest}, {"lowest", ClaimKind::kLowest},
-      {"growing", ClaimKind::kGrowing}, {"falling", ClaimKind::kFalling},
-      {"share", ClaimKind::kShare},     {"within", ClaimKind::kWithin},
-      {"spread", ClaimKind::kSpread}};
-  claim.kind =
-      kKinds.at(reader.choice("kind", {"greater", "equal_within", "highest", "lowest", "growing",
-                                       "falling", "share", "within", "spread"}));
+      {"greater", ClaimKind::kGreater},    {"equal_within", ClaimKind::kEqualWithin},
+      {"highest", ClaimKind::kHighest},    {"lowest", ClaimKind::kLowest},
+      {"growing", ClaimKind::kGrowing},    {"falling", ClaimKind::kFalling},
+      {"share", ClaimKind::kShare},        {"within", ClaimKind::kWithin},
+      {"spread", ClaimKind::kSpread},      {"equal_medians", ClaimKind::kEqualMedians},
+      {"deviation", ClaimKind::kDeviation}};
+  claim.kind = kKinds.at(
+      reader.choice("kind", {"greater", "equal_within", "equal_medians", "highest", "lowest",
+                             "growing", "falling", "share", "within", "deviation", "spread"}));
   switch (claim.kind) {
     case ClaimKind::kGreater:
       claim.paired = reader.boolean("paired", false);
+      claim.margin = reader.number("margin", kAnyNumber, 0);
+      break;
+    case ClaimKind::kHighest:
+    case ClaimKind::kLowest:
+      claim.margin = reader.number("margin", {.min = 0}, 0);
       break;
     case ClaimKind::kEqualWithin:
+    case ClaimKind::kEqualMedians:
       claim.margin = reader.number("margin", kPositive);
       break;
     case ClaimKind::kShare:
@@ -64,6 +84,7 @@ void read_kind(SettingsReader& reader, Claim& claim) {
       claim.share_max = reader.number("share_max", {.min = claim.share_min, .max = 1}, 1);
       [[fallthrough]];
     case ClaimKind::kWithin:
+    case ClaimKind::kDeviation:
       claim.low = reader.number("low", kAnyNumber);
       claim.high = reader.number("high", {.min = claim.low});
       break;
@@ -80,8 +101,9 @@ void check_conditions(SettingsReader& reader, const Claim& claim) {
   if (claim.kind == ClaimKind::kGreater && count != 2) {
     reader.refuse("conditions", "must be two: the first is claimed to be greater");
   }
-  if (claim.kind == ClaimKind::kWithin && count != 1) reader.refuse("conditions", "must be one");
-  const bool alone = claim.kind == ClaimKind::kWithin || claim.kind == ClaimKind::kShare;
+  const bool is_one = claim.kind == ClaimKind::kWithin || claim.kind == ClaimKind::kDeviation;
+  if (is_one && count != 1) reader.refuse("conditions", "must be one");
+  const bool alone = is_one || claim.kind == ClaimKind::kShare;
   if (!alone && count < 2) reader.refuse("conditions", "must be at least two");
   if (claim.kind == ClaimKind::kSpread && claim.others.size() < 2) {
     reader.refuse("others", "must be at least two");

@@ -35,6 +35,27 @@ std::vector<StudyResults> read_studies(const std::vector<fs::path>& directories)
   return studies;
 }
 
+/// Under what the conditions began with, refitted: no table holds it. Only where a claim asks.
+void add_log_likelihoods(const std::vector<Claim>& claims, std::vector<StudyResults>& studies) {
+  for (StudyResults& results : studies) {
+    const bool is_asked = std::any_of(claims.begin(), claims.end(), [&](const Claim& claim) {
+      return claim.measure.kind == MeasureKind::kLogLikelihood && claim.study == results.name;
+    });
+    if (!is_asked) continue;
+    try {
+      const LoadedStudy loaded = load_study(results.directory / "study.toml", {});
+      for (std::size_t i = 0; i < loaded.study.conditions.size(); ++i) {
+        const std::vector<double>& by_layer = loaded.log_likelihoods[i];
+        if (by_layer.empty()) continue;
+        results.log_likelihoods[loaded.study.conditions[i].name] = by_layer.back();
+      }
+    } catch (const StudyError& error) {
+      // A demonstration that has been moved away: the claim is not measured, the others stand.
+      fmt::print(stderr, "fits of {} are not judged: {}\n", results.name, error.what());
+    }
+  }
+}
+
 struct Chosen {
   const StudyResults* study;
   std::string condition;
@@ -155,7 +176,8 @@ void print_comparisons(const std::vector<Comparison>& comparisons) {
 void write_report(const ReportOptions& options) {
   const std::vector<Claim> claims =
       options.claims_file.empty() ? std::vector<Claim>{} : read_claims(options.claims_file);
-  const std::vector<StudyResults> studies = read_studies(options.directories);
+  std::vector<StudyResults> studies = read_studies(options.directories);
+  add_log_likelihoods(claims, studies);
   std::vector<ClaimResult> results;
   for (const Claim& claim : claims) results.push_back(judge(claim, studies));
   const std::vector<Comparison> compared = comparisons(options, studies);

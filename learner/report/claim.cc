@@ -25,6 +25,21 @@ std::string means_text(const std::vector<Sample>& samples) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
+/// The same values, each greater by so much.
+Values shifted(Values values, double by) {
+  for (double& value : values) value += by;
+  return values;
+}
+
+/// The interval of a difference that was taken from values shifted by so much.
+Interval shifted(const Interval& interval, double by) {
+  return {.low = interval.low + by, .high = interval.high + by};
+}
+
+std::string margin_text(double margin) {
+  return margin == 0 ? "" : fmt::format("; margin {:g}", margin);
+}
+
 Verdict by_p(double p, double opposite_p) {
   if (p < kLevel) return Verdict::kHolds;
   return opposite_p < kLevel ? Verdict::kFails : Verdict::kInconclusive;
@@ -37,23 +52,25 @@ Verdict by_interval(const Interval& interval, double low, double high) {
   return Verdict::kInconclusive;
 }
 
-ClaimResult too_few() {
+ClaimResult too_few(const std::string& needed = "two") {
   ClaimResult result;
-  result.measured = "fewer than two repetitions";
+  result.measured = fmt::format("fewer than {} repetitions", needed);
   return result;
 }
 
 ClaimResult greater(const Claim& claim, const std::vector<Sample>& samples) {
   const auto [a, b] = pairs(samples[0], samples[1]);
-  const auto welch = welch_greater(samples[0].present(), samples[1].present());
-  const auto paired = paired_greater(a, b);
+  const Values second = shifted(samples[1].present(), claim.margin);
+  const auto welch = welch_greater(samples[0].present(), second);
+  const auto paired = paired_greater(a, shifted(b, claim.margin));
   const auto& test = claim.paired ? paired : welch;
   if (!test) return too_few();
   ClaimResult result;
   result.p = test->p;
-  result.interval = test->interval_95;
+  result.interval = shifted(test->interval_95, claim.margin);
   result.verdict = by_p(test->p, 1 - test->p);
-  result.measured = fmt::format("{}; difference {:+.3g}", means_text(samples), test->difference);
+  result.measured = fmt::format("{}; difference {:+.3g}{}", means_text(samples),
+                                test->difference + claim.margin, margin_text(claim.margin));
   if (const auto g = hedges_g(samples[0].present(), samples[1].present()); g && !claim.paired) {
     result.measured += fmt::format(", g {:.2f}", *g);
   }
@@ -89,24 +106,56 @@ ClaimResult equal_within(const Claim& claim, const std::vector<Sample>& samples)
   return result;
 }
 
-/// The first above (sign 1) or below (sign -1) every other. It is not if another one is on the
-/// wrong side of it, by Holm's correction over the others.
-ClaimResult extreme(const std::vector<Sample>& samples, double sign) {
+/// By exact intervals of the medians: two bounds that are each wrong in 2.5 % bound a difference in
+/// 95 %, from either side.
+ClaimResult equal_medians(const Claim& claim, const std::vector<Sample>& samples) {
+  std::vector<Interval> intervals;
+  std::vector<std::string> medians;
+  for (const Sample& sample : samples) {
+    const auto interval = median_interval_95(sample.present());
+    if (!interval) return too_few("six");
+    intervals.push_back(*interval);
+    medians.push_back(fmt::format("{} {:.3g}", sample.label, *median(sample.present())));
+  }
+  ClaimResult result;
+  result.verdict = Verdict::kHolds;
+  result.measured = fmt::format("medians {}; margin {:g}", fmt::join(medians, ", "), claim.margin);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    for (std::size_t j = i + 1; j < samples.size(); ++j) {
+      const Interval apart = {.low = intervals[i].low - intervals[j].high,
+                              .high = intervals[i].high - intervals[j].low};
+      const Verdict verdict = by_interval(apart, -claim.margin, claim.margin);
+      if (verdict == Verdict::kFails ||
+          (verdict == Verdict::kInconclusive && result.verdict == Verdict::kHolds)) {
+        result.verdict = verdict;
+      }
+      const auto reach = [](const Interval& interval) {
+        return std::max(-interval.low, interval.high);
+      };
+      if (!result.interval || reach(apart) > reach(*result.interval)) result.interval = apart;
+    }
+  }
+  return result;
+}
+
+/// The first above (sign 1) or below (sign -1) every other by the margin. It is not if another one
+/// is on the wrong side of it, by Holm's correction over the others.
+ClaimResult extreme(const Claim& claim, const std::vector<Sample>& samples, double sign) {
   ClaimResult result;
   result.p = 0;
-  result.measured = means_text(samples);
+  result.measured = means_text(samples) + margin_text(claim.margin);
   Values opposite;
   for (std::size_t i = 1; i < samples.size(); ++i) {
-    const Values& first = samples[0].present();
-    const Values& other = samples[i].present();
+    const Values first = samples[0].present();
+    const Values other = shifted(samples[i].present(), sign * claim.margin);
     const auto test = sign > 0 ? welch_greater(first, other) : welch_greater(other, first);
     if (!test) return too_few();
     opposite.push_back(1 - test->p);
     if (i == 1 || test->p > *result.p) {
       result.p = test->p;
-      result.interval = test->interval_95;
+      result.interval = shifted(test->interval_95, claim.margin);
       if (sign < 0)
-        result.interval = {.low = -test->interval_95.high, .high = -test->interval_95.low};
+        result.interval = {.low = -result.interval->high, .high = -result.interval->low};
     }
   }
   const Values adjusted = holm(opposite);
@@ -158,6 +207,17 @@ ClaimResult within(const Claim& claim, const std::vector<Sample>& samples) {
   return result;
 }
 
+ClaimResult deviation_within(const Claim& claim, const std::vector<Sample>& samples) {
+  const Values values = samples[0].present();
+  ClaimResult result;
+  result.interval = deviation_interval_95(values);
+  if (!result.interval) return too_few();
+  result.verdict = by_interval(*result.interval, claim.low, claim.high);
+  result.measured = fmt::format("{}, standard deviation {:.3g}; claimed [{:g}, {:g}]",
+                                means_text(samples), *deviation(values), claim.low, claim.high);
+  return result;
+}
+
 /// Of the conditions of one repetition, largest minus smallest; repetitions that lack one are out.
 Values spreads(const std::vector<Sample>& samples) {
   Values result;
@@ -195,10 +255,12 @@ ClaimResult judge_samples(const Claim& claim, const std::vector<Sample>& samples
       return greater(claim, samples);
     case ClaimKind::kEqualWithin:
       return equal_within(claim, samples);
+    case ClaimKind::kEqualMedians:
+      return equal_medians(claim, samples);
     case ClaimKind::kHighest:
-      return extreme(samples, 1);
+      return extreme(claim, samples, 1);
     case ClaimKind::kLowest:
-      return extreme(samples, -1);
+      return extreme(claim, samples, -1);
     case ClaimKind::kGrowing:
       return ordered(samples, true);
     case ClaimKind::kFalling:
@@ -207,6 +269,8 @@ ClaimResult judge_samples(const Claim& claim, const std::vector<Sample>& samples
       return share(claim, samples);
     case ClaimKind::kWithin:
       return within(claim, samples);
+    case ClaimKind::kDeviation:
+      return deviation_within(claim, samples);
     case ClaimKind::kSpread:
       return spread(samples, others);
   }
@@ -259,6 +323,8 @@ ClaimResult judge(const Claim& claim, const std::vector<StudyResults>& studies) 
   ClaimResult result = judge_samples(claim, samples, others);
   const bool all_equal = std::all_of(counts.begin(), counts.end(),
                                      [&](const std::string& count) { return count == counts[0]; });
+  // One fit, whatever the number of repetitions that began with it.
+  if (claim.measure.kind == MeasureKind::kLogLikelihood) counts.assign(1, "1");
   result.n = all_equal ? counts[0] : fmt::format("{}", fmt::join(counts, ", "));
   return result;
 }

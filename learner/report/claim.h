@@ -12,15 +12,17 @@ namespace treeroll {
 
 /// What a claim says of its conditions' measure, and how that is tested at the level of 5 %:
 enum class ClaimKind {
-  kGreater,      ///< first > second: one-sided Welch, or paired
-  kEqualWithin,  ///< all differ by less than `margin`: TOST of every pair, the largest p
-  kHighest,      ///< first > every other: the largest p of the one-sided tests
-  kLowest,       ///< first < every other
-  kGrowing,      ///< grows from condition to condition: Spearman's trend
+  kGreater,       ///< first > second + `margin`: one-sided Welch, or paired
+  kEqualWithin,   ///< all differ by less than `margin`: TOST of every pair, the largest p
+  kEqualMedians,  ///< the medians do: intervals of every pair's difference
+  kHighest,       ///< first > every other + `margin`: the largest p of the one-sided tests
+  kLowest,        ///< first < every other - `margin`
+  kGrowing,       ///< grows from condition to condition: Spearman's trend
   kFalling,
-  kShare,   ///< the share of runs whose measure is in [low, high] is in [share_min, share_max]
-  kWithin,  ///< mean in [low, high], by its 95 % interval
-  kSpread,  ///< the means of `conditions` spread more than those of `others`
+  kShare,      ///< the share of runs whose measure is in [low, high] is in [share_min, share_max]
+  kWithin,     ///< mean in [low, high], by its 95 % interval
+  kDeviation,  ///< standard deviation over the runs in [low, high], by its 95 % interval
+  kSpread,     ///< the means of `conditions` spread more than those of `others`
 };
 
 /// A row of a claims file.
@@ -34,7 +36,7 @@ struct Claim {
   Measure measure;                      ///< of the first condition
   Measure against;                      ///< of the others
   bool paired = false;                  ///< kGreater: by repetition
-  double margin = 0;
+  double margin = 0;  ///< negative, of kGreater: first is not below second by more than that
   double low = 0;
   double high = 0;
   double share_min = 0;

@@ -12,6 +12,7 @@ namespace treeroll {
 namespace {
 
 constexpr int kNearby = 5;
+constexpr int kSteepSpan = 50;
 
 /// Of the roll-outs from `begin` to before `end`, counted from 0, all of which must be there.
 std::optional<double> mean_reward(const RunRecord& run, int begin, int end) {
@@ -34,6 +35,36 @@ std::optional<double> best_reward(const RunRecord& run, int end) {
   return best;
 }
 
+std::optional<double> difference(const std::optional<double>& a, const std::optional<double>& b) {
+  if (!a || !b) return {};
+  return *a - *b;
+}
+
+/// Of the means of five roll-outs that are kSteepSpan apart.
+std::optional<double> largest_gain(const RunRecord& run, int end) {
+  std::optional<double> largest;
+  for (int last = kNearby + kSteepSpan; last <= end; ++last) {
+    const int first = last - kSteepSpan;
+    const auto gain = difference(mean_reward(run, last - kNearby, last),
+                                 mean_reward(run, first - kNearby, first));
+    if (!gain) return {};
+    if (!largest || *gain > *largest) largest = gain;
+  }
+  return largest;
+}
+
+std::optional<double> before_switch(const RunRecord& run) {
+  if (run.switches.empty()) return {};
+  const int end = run.switches.front() + 1;
+  return mean_reward(run, end - kNearby, end);
+}
+
+std::optional<double> after_switch(const RunRecord& run) {
+  if (run.switches.empty()) return {};
+  const int begin = run.switches.front() + 1;
+  return mean_reward(run, begin, begin + kNearby);
+}
+
 }  // namespace
 
 std::optional<double> measure(const RunRecord& run, const Measure& measure) {
@@ -52,11 +83,17 @@ std::optional<double> measure(const RunRecord& run, const Measure& measure) {
       if (num_rollouts == 0) return {};
       return run.switches.empty() ? num_rollouts : run.switches.front() + 1;
     case MeasureKind::kBeforeSwitch:
-      if (run.switches.empty()) return {};
-      return mean_reward(run, run.switches.front() + 1 - kNearby, run.switches.front() + 1);
+      return before_switch(run);
     case MeasureKind::kAfterSwitch:
-      if (run.switches.empty()) return {};
-      return mean_reward(run, run.switches.front() + 1, run.switches.front() + 1 + kNearby);
+      return after_switch(run);
+    case MeasureKind::kDrop:
+      return difference(before_switch(run), after_switch(run));
+    case MeasureKind::kGain:
+      return difference(mean_reward(run, end - kNearby, end), mean_reward(run, 0, kNearby));
+    case MeasureKind::kSteepest:
+      return largest_gain(run, end);
+    case MeasureKind::kLogLikelihood:
+      return {};
   }
   CHECK(false, "a MeasureKind outside its enumeration");
 }
@@ -79,6 +116,14 @@ std::string describe(const Measure& measure) {
       return "reward of the five roll-outs up to the switch";
     case MeasureKind::kAfterSwitch:
       return "reward of the five roll-outs after the switch";
+    case MeasureKind::kDrop:
+      return "drop in reward at the switch";
+    case MeasureKind::kGain:
+      return "gain in reward up to " + place;
+    case MeasureKind::kSteepest:
+      return fmt::format("largest gain in reward within {} roll-outs up to {}", kSteepSpan, place);
+    case MeasureKind::kLogLikelihood:
+      return "log-likelihood of the demonstration";
   }
   CHECK(false, "a MeasureKind outside its enumeration");
 }

@@ -40,7 +40,12 @@ Result<Sample> find_sample(const std::vector<StudyResults>& studies, const std::
   });
   if (found == studies.end()) return Error{"study " + study_name + " is not among those given"};
   Sample sample{.label = name, .values = {}};
-  for (const RunRecord* run : runs_of(*found, name)) sample.values.push_back(measure(*run, wanted));
+  const auto fit = found->log_likelihoods.find(name);
+  const bool is_of_fit =
+      wanted.kind == MeasureKind::kLogLikelihood && fit != found->log_likelihoods.end();
+  for (const RunRecord* run : runs_of(*found, name)) {
+    sample.values.push_back(is_of_fit ? fit->second : measure(*run, wanted));
+  }
   if (sample.values.empty()) return Error{"study " + study_name + " has no condition " + name};
   return sample;
 }

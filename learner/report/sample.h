@@ -28,6 +28,7 @@ std::vector<const RunRecord*> runs_of(const StudyResults& study, std::string_vie
 std::vector<std::string> conditions_of(const StudyResults& study);
 
 /// @param condition  CONDITION of `study`, or STUDY:CONDITION
+/// @param measure    kLogLikelihood is the same for every repetition: the start is
 /// @return           an error that says which study or condition is not there
 Result<Sample> find_sample(const std::vector<StudyResults>& studies, const std::string& study,
                            const std::string& condition, const Measure& measure);

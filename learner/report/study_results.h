@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,9 @@ struct StudyResults {
   std::string name;                 ///< study.name
   std::filesystem::path directory;  ///< where it was read from
   std::vector<RunRecord> runs;      ///< by number: condition in the study's order, then repetition
+  /// By condition that starts from a fit: log-likelihood per sample of the demonstration under the
+  /// finest layer. Nothing in the tables tells it; whoever can fit fills it in.
+  std::map<std::string, double> log_likelihoods = {};
 };
 
 /// Reads study.toml (its name), runs.csv, rollouts.csv and, where they exist, policies/*.json.

@@ -57,12 +57,24 @@ TEST_F(ClaimsFileTest, OneClaimStandsForEachWord) {
   EXPECT_EQ(claims[1].against.rollout, 50);
 }
 
+TEST_F(ClaimsFileTest, AMarginIsSignedOnlyWhereTheFirstIsClaimedToBeGreater) {
+  std::string claim = kClaim;
+  EXPECT_EQ(read(claim)[0].margin, 0);
+  EXPECT_EQ(read(claim + "margin = -0.05\n")[0].margin, -.05);
+  claim.replace(claim.find("greater"), 7, "highest");
+  EXPECT_EQ(read(claim + "margin = 0.1\n")[0].margin, .1);
+  EXPECT_THAT(error(claim + "margin = -0.1\n"), HasSubstr("claims[0].margin = -0.1"));
+}
+
 TEST_F(ClaimsFileTest, RefusalsNameFileLineKeyValueAndRule) {
   const std::string good = kClaim;
-  EXPECT_THAT(error(good + "margin = 1.0\n"), HasSubstr("claims.toml:8: claims[0].margin"));
+  EXPECT_THAT(error(good + "share_max = 1.0\n"), HasSubstr("claims.toml:8: claims[0].share_max"));
   EXPECT_THAT(error(good + "measure = \"end\"\n"), HasSubstr("claims[0].measure"));
   EXPECT_THAT(error(good + "measure = \"mean\"\nfrom = 51\n"), HasSubstr("claims[0].from = 51"));
   EXPECT_THAT(error(good + "against = {measure = \"near\", rollout = 4}\n"),
+              HasSubstr("claims[0].against.rollout = 4: must be at least 5"));
+  EXPECT_THAT(error(good + "measure = \"steepest\"\n"), HasSubstr("claims[0].rollout = 50"));
+  EXPECT_THAT(error(good + "against = {measure = \"gain\", rollout = 4}\n"),
               HasSubstr("claims[0].against.rollout = 4: must be at least 5"));
   EXPECT_THAT(error("[[claims]]\ntext = \"a\"\n"), HasSubstr("claims[0].section"));
   EXPECT_THAT(error("[study]\nname = \"a\"\n"), HasSubstr("holds [[claims]] and nothing else"));

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/report/records.h"
 
 namespace treeroll {
@@ -72,6 +74,98 @@ TEST(ClaimTest, HighestAndLowestAreAgainstEveryOther) {
   EXPECT_EQ(verdict(claim(ClaimKind::kHighest, {"low", "high", "same"})), Verdict::kFails);
   EXPECT_EQ(verdict(claim(ClaimKind::kLowest, {"low", "high"})), Verdict::kHolds);
   EXPECT_EQ(verdict(claim(ClaimKind::kLowest, {"low", "high", "same"})), Verdict::kInconclusive);
+}
+
+TEST(ClaimTest, AMarginIsWhatTheFirstMustBeAheadBy) {
+  Claim greater = claim(ClaimKind::kGreater, {"high", "low"});  // .6 apart
+  greater.margin = .5;
+  EXPECT_EQ(verdict(greater), Verdict::kHolds);
+  EXPECT_THAT(judge(greater, studies()).measured, HasSubstr("difference +0.6; margin 0.5"));
+  EXPECT_NEAR(judge(greater, studies()).interval.value().low, .6, .1);
+  greater.margin = .7;
+  EXPECT_EQ(verdict(greater), Verdict::kFails);
+  for (const ClaimKind kind : {ClaimKind::kHighest, ClaimKind::kLowest}) {
+    const bool highest = kind == ClaimKind::kHighest;
+    Claim extreme = claim(kind, {highest ? "high" : "low", highest ? "low" : "high"});
+    extreme.margin = .5;
+    EXPECT_EQ(verdict(extreme), Verdict::kHolds);
+    extreme.margin = .7;
+    EXPECT_EQ(verdict(extreme), Verdict::kFails);
+  }
+}
+
+TEST(ClaimTest, ANegativeMarginClaimsThatTheFirstIsNotFarBelow) {
+  Claim not_below = claim(ClaimKind::kGreater, {"low", "same"});
+  EXPECT_EQ(verdict(not_below), Verdict::kInconclusive);
+  not_below.margin = -.1;
+  EXPECT_EQ(verdict(not_below), Verdict::kHolds);
+  not_below.conditions = {"low", "high"};
+  EXPECT_EQ(verdict(not_below), Verdict::kFails);
+  not_below.conditions = {"low", "wide"};
+  EXPECT_EQ(verdict(not_below), Verdict::kInconclusive);
+  not_below.conditions = {"low", "same"};
+  not_below.paired = true;
+  EXPECT_EQ(verdict(not_below), Verdict::kHolds);
+}
+
+TEST(ClaimTest, MediansAreEqualByTheirExactIntervals) {
+  StudyResults study{.name = "study", .directory = "", .runs = {}};
+  for (int i = 0; i < 8; ++i) {
+    study.runs.push_back(level("a", i, .2, 3 + i % 2));
+    study.runs.push_back(level("b", i, .2, i == 0 ? 0 : 4));  // a run that never switched is one
+    study.runs.push_back(level("c", i, .2, 9));
+  }
+  Claim equal = claim(ClaimKind::kEqualMedians, {"a", "b"});
+  equal.measure = equal.against = {.kind = MeasureKind::kSwitch};
+  const auto judged = [&](std::vector<std::string> conditions, double margin) {
+    equal.conditions = std::move(conditions);
+    equal.margin = margin;
+    return judge(equal, {study});
+  };
+  EXPECT_EQ(judged({"a", "b"}, 8).verdict, Verdict::kHolds);
+  EXPECT_EQ(judged({"a", "b"}, .5).verdict, Verdict::kInconclusive);
+  EXPECT_EQ(judged({"a", "b", "c"}, 1).verdict, Verdict::kFails);
+  EXPECT_THAT(judged({"a", "c"}, 1).measured, HasSubstr("medians a 3.5, c 9; margin 1"));
+  study.runs.resize(3 * 5);
+  EXPECT_EQ(judged({"a", "b"}, 8).measured, "fewer than six repetitions");
+}
+
+TEST(ClaimTest, ADeviationIsOverTheRuns) {
+  Claim deviation = claim(ClaimKind::kDeviation, {"wide"});  // 0, .5, 1
+  deviation.low = .2;
+  deviation.high = 4;
+  EXPECT_EQ(verdict(deviation), Verdict::kHolds);
+  deviation.low = .3;
+  EXPECT_EQ(verdict(deviation), Verdict::kInconclusive);
+  deviation.conditions = {"low"};
+  EXPECT_EQ(verdict(deviation), Verdict::kFails);
+}
+
+TEST(ClaimTest, GainDropAndSteepestPartOfARun) {
+  std::vector<double> rewards(120, .1);
+  std::fill(rewards.begin() + 60, rewards.end(), .7);
+  std::fill(rewards.begin() + 80, rewards.end(), .5);
+  RunRecord run = run_with("a", 0, 0, rewards);
+  EXPECT_NEAR(measure(run, {.kind = MeasureKind::kGain, .rollout = 120}).value(), .4, 1e-12);
+  EXPECT_NEAR(measure(run, {.kind = MeasureKind::kGain, .rollout = 5}).value(), 0, 1e-12);
+  EXPECT_NEAR(measure(run, {.kind = MeasureKind::kSteepest, .rollout = 120}).value(), .6, 1e-12);
+  EXPECT_NEAR(measure(run, {.kind = MeasureKind::kSteepest, .rollout = 62}).value(), .24, 1e-12);
+  EXPECT_FALSE(measure(run, {.kind = MeasureKind::kSteepest, .rollout = 54}).has_value());
+  EXPECT_FALSE(measure(run, {.kind = MeasureKind::kDrop}).has_value());  // never switched
+  run.switches = {79};
+  EXPECT_NEAR(measure(run, {.kind = MeasureKind::kDrop}).value(), .2, 1e-12);
+}
+
+TEST(ClaimTest, ALikelihoodIsOfTheFitAndHasNoRepetitions) {
+  std::vector<StudyResults> given = studies();
+  Claim likelier = claim(ClaimKind::kGreater, {"high", "low"});
+  likelier.measure = likelier.against = {.kind = MeasureKind::kLogLikelihood};
+  EXPECT_EQ(judge(likelier, given).measured,
+            "high: no run has a log-likelihood of the demonstration");
+  given[0].log_likelihoods = {{"high", -3.0}, {"low", -2.9}};
+  const ClaimResult result = judge(likelier, given);
+  EXPECT_EQ(result.verdict, Verdict::kFails);
+  EXPECT_EQ(result.n, "1");
 }
 
 TEST(ClaimTest, SwitchesFallOrGrowFromConditionToCondition) {

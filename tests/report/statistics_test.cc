@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 namespace treeroll {
@@ -53,6 +54,33 @@ TEST(StatisticsTest, TheMedianOfAnEvenNumberLiesBetweenTheMiddleTwo) {
   EXPECT_EQ(median({4, 1, 3, 2}), 2.5);
   EXPECT_EQ(median({7}), 7);
   EXPECT_EQ(median({}), std::nullopt);
+}
+
+TEST(StatisticsTest, TheIntervalOfADeviationIsTheTabulatedOne) {
+  // Chi-square of 4 degrees: 2.5 % below .484419, 2.5 % above 11.143287. Squares add to .025.
+  const auto interval = deviation_interval_95({.8, .85, .9, .95, 1});
+  ASSERT_TRUE(interval);
+  EXPECT_NEAR(interval->low, std::sqrt(.025 / 11.143287), 1e-6);
+  EXPECT_NEAR(interval->high, std::sqrt(.025 / .484419), 1e-6);
+  EXPECT_EQ(deviation_interval_95({.5}), std::nullopt);
+  EXPECT_NEAR(*deviation({.8, .85, .9, .95, 1}), std::sqrt(.00625), 1e-12);
+  EXPECT_EQ(deviation({1}), std::nullopt);
+}
+
+TEST(StatisticsTest, TheIntervalOfAMedianIsOfTheTabulatedRanks) {
+  // Ranks of the two-sided sign test at 5 %: 1 and 6 of 6, 2 and 9 of 10, 10 and 21 of 30.
+  struct Ranks {
+    int count;
+    double low;
+    double high;
+  };
+  for (const auto& [count, low, high] : {Ranks{6, 1, 6}, {10, 2, 9}, {30, 10, 21}}) {
+    std::vector<double> values(static_cast<std::size_t>(count));
+    std::iota(values.rbegin(), values.rend(), 1.0);
+    EXPECT_EQ(median_interval_95(values), (Interval{.low = low, .high = high}));
+  }
+  EXPECT_EQ(median_interval_95({1, 2, 3, 4, 5}), std::nullopt);
+  EXPECT_EQ(median_interval_95({}), std::nullopt);
 }
 
 TEST(StatisticsTest, NoValuesHaveNoMean) {
