@@ -161,7 +161,7 @@ class LearnerDaemon : private EffectHandler {
     bus_->publish(message);
     if (const auto* status = std::get_if<protocol::LearnerStatus>(&message)) {
       progress_.show(*status, loop_.now());
-      progress_.show(bus_->statistics());
+      progress_.show(bus_->statistics(), loop_.now());
     }
   }
 

@@ -65,6 +65,7 @@ void LearnerCore::step(TimePoint now, const LearnerEvent& event, LearnerEffects&
         }
       },
       event);
+  if (outcome_ != Outcome::kRunning) log_limiter_.tell_rest(now, effects.log);
 }
 
 void LearnerCore::on_started(TimePoint now, LearnerEffects& effects) {
@@ -84,10 +85,11 @@ TimePoint LearnerCore::next_deadline() const {
 
 void LearnerCore::on_timer(TimePoint now, LearnerEffects& effects) {
   for (const WorkerEntry& silent : workers_.remove_silent(now)) {
-    effects.log.push_back(
-        {LogLine::Level::kWarning,
+    log(now,
+        {LogLine::Level::kWarning, "workers that leave",
          fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back", describe(silent),
-                     to_seconds(WorkerTable::kSilence), silent.leases.size())});
+                     to_seconds(WorkerTable::kSilence), silent.leases.size())},
+        effects);
     for (const protocol::RolloutKey key : silent.leases) ledger_.take_back(key);
   }
   for (const auto& [key, worker] : ledger_.expire(now)) {
@@ -99,6 +101,7 @@ void LearnerCore::on_timer(TimePoint now, LearnerEffects& effects) {
       if (!facts_.contains(task_id)) publish_task(task_id, now, effects);
     }
     publish_status(now, effects);
+    log_limiter_.tell_due(now, effects.log);
     next_status_ = now + kStatusPeriod;
   }
   finish_if_stopped(now, effects);
@@ -167,16 +170,20 @@ void LearnerCore::on_message(const protocol::WorkerStatus& status, TimePoint now
   worker->receive_buffer_bytes = status.receive_buffer_bytes;
   worker->draining = status.draining;
   if (is_new) {
-    effects.log.push_back(
-        {LogLine::Level::kInfo, fmt::format("{} has joined with {} evaluators", describe(*worker),
-                                            worker->num_evaluators)});
+    log(now,
+        {LogLine::Level::kInfo, "workers that join",
+         fmt::format("{} has joined with {} evaluators", describe(*worker),
+                     worker->num_evaluators)},
+        effects);
     for (const ContentHash& task_id : task_ids_) {
       if (!facts_.contains(task_id)) publish_task(task_id, now, effects);
     }
   }
   if (starts_draining) {
-    effects.log.push_back(
-        {LogLine::Level::kInfo, fmt::format("{} takes no more roll-outs", describe(*worker))});
+    log(now,
+        {LogLine::Level::kInfo, "workers that drain",
+         fmt::format("{} takes no more roll-outs", describe(*worker))},
+        effects);
   }
   const auto held = std::find_if(
       status.held.begin(), status.held.end(),
@@ -221,9 +228,11 @@ void LearnerCore::refuse(WorkerEntry& worker, const ContentHash& definition,
   const bool is_new = !worker.refused.contains(definition);
   worker.refused[definition] = {reason, now + kRefusalLasts};
   if (!is_new) return;
-  effects.log.push_back(
-      {LogLine::Level::kWarning, fmt::format("{} refuses the {}: {}", describe(worker),
-                                             tasks_.find(definition) ? "task" : "policy", reason)});
+  log(now,
+      {LogLine::Level::kWarning, "definitions refused",
+       fmt::format("{} refuses the {}: {}", describe(worker),
+                   tasks_.find(definition) ? "task" : "policy", reason)},
+      effects);
   const std::set<protocol::RolloutKey> leases = worker.leases;
   for (const protocol::RolloutKey key : leases) {
     const Question& question = ledger_.find(key)->question;

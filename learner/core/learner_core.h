@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/base/log_limiter.h"
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
 #include "learner/core/accepted_result.h"
@@ -40,13 +41,6 @@ using LearnerEvent =
     std::variant<learner_event::Started, learner_event::Received, learner_event::InboxDrained,
                  learner_event::Timer, learner_event::Synced, learner_event::Recovered,
                  learner_event::StopRequested>;
-
-/// One line worth a person's time.
-struct LogLine {
-  enum class Level { kInfo, kWarning, kError };
-  Level level = Level::kInfo;
-  std::string text;
-};
 
 /// What the learner wants done, in this order: to the journal, sent, logged.
 struct LearnerEffects {
@@ -109,9 +103,9 @@ class LearnerCore {
               LearnerEffects& effects);
   const TaskFacts* facts_of(int run) const;
   void compare_with_accepted(const WorkerEntry& worker, const protocol::RolloutResult& result,
-                             const TaskFacts& facts, LearnerEffects& effects);
+                             const TaskFacts& facts, TimePoint now, LearnerEffects& effects);
   void distrust(WorkerEntry& worker, const protocol::RolloutResult& result, const TaskFacts& facts,
-                LearnerEffects& effects);
+                TimePoint now, LearnerEffects& effects);
   void learn(const AcceptedResult& result, int numeric_class, TimePoint now,
              LearnerEffects& effects);
   void note_timing(WorkerEntry& worker, const protocol::RolloutResult& result,
@@ -129,6 +123,7 @@ class LearnerCore {
   void publish_task(const ContentHash& id, TimePoint now, LearnerEffects& effects);
   void publish_policy(const ContentHash& id, TimePoint now, LearnerEffects& effects);
   // progress.cc: what watchers are told.
+  void log(TimePoint now, LogLine line, LearnerEffects& effects);
   void publish_status(TimePoint now, LearnerEffects& effects);
   void publish_run(int run, LearnerEffects& effects);
   void learn_facts(const ContentHash& task_id, const TaskFacts& facts);
@@ -165,6 +160,7 @@ class LearnerCore {
   std::set<int> changed_runs_;  // since their last status message
   int last_status_run_ = -1;
   std::map<int, double> announced_best_;
+  LogLimiter log_limiter_;
 };
 
 }  // namespace treeroll

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "learner/core/learner_core.h"
 
@@ -89,6 +90,11 @@ void LearnerCore::publish_status(TimePoint now, LearnerEffects& effects) {
     if (best.rollout >= 0) status.best_reward = std::max(status.best_reward, best.reward);
   }
   effects.send.emplace_back(std::move(status));
+}
+
+/// Lines of one kind may come by the thousand, from a flapping network or from hostile senders.
+void LearnerCore::log(TimePoint now, LogLine line, LearnerEffects& effects) {
+  log_limiter_.add(now, std::move(line), effects.log);
 }
 
 /// Why no usable worker takes this definition; nothing if one does.

@@ -95,6 +95,19 @@ TEST(WorkerEvaluatorsTest, RestartsAtOnceThenEverMoreSeldomAndAtOnceAgainAfterAR
   EXPECT_THAT(stage.effects<StartEvaluator>(), SizeIs(1));
 }
 
+TEST(WorkerEvaluatorsTest, OnesThatDieAllDayAreALineAMinute) {
+  Stage stage;
+  stage.evaluators_start = false;
+  const TimePoint end = stage.now + 24h;
+  while (stage.now < end) {
+    stage.die(0, Death::kExited, 1);
+    stage.pass(5s);
+  }
+  EXPECT_LE(stage.effects<WriteLog>().size(), LogLimiter::kLinesMax + 24U * 60);
+  EXPECT_THAT(stage.effects<WriteLog>().back().text,
+              testing::HasSubstr("evaluators that end: 12 more in the last 60 s"));
+}
+
 TEST(WorkerEvaluatorsTest, KillsOneThatDoesNotBecomeReady) {
   Stage stage;
   stage.evaluators_start = false;

@@ -6,9 +6,11 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "common/base/log_limiter.h"
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
 #include "workers/core/answer_store.h"
@@ -42,7 +44,9 @@ class WorkerCore {
   struct Turn {
     TimePoint now;
     Effects& effects;
-    void log(bool warning, std::string text) const;
+    LogLimiter& limiter;
+    /// @param kind  see LogLine
+    void log(bool warning, std::string_view kind, std::string text) const;
   };
 
   /// A link to one learner: what was heard of it and what it must still be told.
@@ -94,6 +98,7 @@ class WorkerCore {
   void report(protocol::LearnerId learner, const ContentHash& id, bool accepted,
               const std::string& text);
   void finish_if_drained(const Turn& turn);
+  void exit(const Turn& turn, int status);
 
   // worker_core_sending.cc: what goes out.
   void send_reports(const Turn& turn);
@@ -146,6 +151,7 @@ class WorkerCore {
   std::int64_t num_repeated_ = 0;
   std::int64_t num_restarts_ = 0;
   std::int64_t num_rejected_ = 0;
+  LogLimiter log_limiter_;
 };
 
 }  // namespace treeroll::worker

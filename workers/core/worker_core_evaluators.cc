@@ -48,7 +48,8 @@ void WorkerCore::on(const Turn& turn, const DefinitionLoaded& event) {
       definition->facts = event.facts;
     } else {
       definitions.refuse(*definition, event.text);
-      turn.log(true, fmt::format("refuses definition {}: {}", to_hex(event.name.id), event.text));
+      turn.log(true, "definitions refused",
+               fmt::format("refuses definition {}: {}", to_hex(event.name.id), event.text));
     }
     settle(turn, event.name, *definition);
   }
@@ -57,8 +58,9 @@ void WorkerCore::on(const Turn& turn, const DefinitionLoaded& event) {
     return;
   }
   if (rollout_of(evaluator) != nullptr && !event.accepted) {
-    turn.log(true, fmt::format("evaluator {} cannot load {}, which another one could: {}",
-                               event.evaluator, to_hex(event.name.id), event.text));
+    turn.log(true, "definitions an evaluator cannot load",
+             fmt::format("evaluator {} cannot load {}, which another one could: {}",
+                         event.evaluator, to_hex(event.name.id), event.text));
     answer(turn, *evaluator.rollout, RolloutStatus::kFailed, 0, 0);
   }
   if (!evaluator.killed || rollout_of(evaluator) == nullptr) release(evaluator);
@@ -91,10 +93,11 @@ void WorkerCore::on(const Turn& turn, const CpuTimeMeasured& event) {
     evaluator.look_at = std::min(turn.now + left, wall_end);
     return;
   }
-  turn.log(true, fmt::format("evaluator {} is past its time limit of {:.3g} s (CPU {:.3g} s, "
-                             "wall {:.3g} s) and is killed",
-                             event.evaluator, to_seconds(evaluator.time_limit),
-                             to_seconds(event.cpu_time), to_seconds(turn.now - evaluator.since)));
+  turn.log(true, "evaluators past a time limit",
+           fmt::format("evaluator {} is past its time limit of {:.3g} s (CPU {:.3g} s, "
+                       "wall {:.3g} s) and is killed",
+                       event.evaluator, to_seconds(evaluator.time_limit),
+                       to_seconds(event.cpu_time), to_seconds(turn.now - evaluator.since)));
   evaluator.killed = true;
   evaluator.timed_out = true;
   evaluator.look_at.reset();
@@ -107,8 +110,9 @@ void WorkerCore::on(const Turn& turn, const EvaluatorDied& event) {
   const bool busy = evaluator.rollout || evaluator.loading;
   const bool charged =
       busy && (evaluator.timed_out || (!evaluator.killed && event.death != Death::kForeignSignal));
-  turn.log(true, fmt::format("evaluator {} {}{}", event.evaluator,
-                             describe(event.death, event.code), busy ? " during its work" : ""));
+  turn.log(true, "evaluators that end",
+           fmt::format("evaluator {} {}{}", event.evaluator, describe(event.death, event.code),
+                       busy ? " during its work" : ""));
   if (evaluator.rollout) {
     strike_rollout(turn, evaluator, charged);
   } else if (evaluator.loading && charged) {
@@ -146,8 +150,9 @@ void WorkerCore::watch_evaluator(const Turn& turn, int index) {
       turn.effects.emplace_back(StartEvaluator{index});
       return;
     case EvaluatorState::kStarting:
-      turn.log(true, fmt::format("evaluator {} did not start in {:.0f} s and is killed", index,
-                                 to_seconds(settings_.start_time_max)));
+      turn.log(true, "evaluators that do not start",
+               fmt::format("evaluator {} did not start in {:.0f} s and is killed", index,
+                           to_seconds(settings_.start_time_max)));
       evaluator.killed = true;
       turn.effects.emplace_back(KillEvaluator{index});
       return;
@@ -252,9 +257,10 @@ void WorkerCore::strike_rollout(const Turn& turn, const Evaluator& evaluator, bo
   const RolloutName name = *evaluator.rollout;
   if (charged) {
     ++held->num_strikes;
-    turn.log(true, fmt::format("roll-out {} of run {} has ended {} of at most {} evaluators",
-                               name.key.number, name.key.run, held->num_strikes,
-                               settings_.num_strikes_max));
+    turn.log(
+        true, "roll-outs that end evaluators",
+        fmt::format("roll-out {} of run {} has ended {} of at most {} evaluators", name.key.number,
+                    name.key.run, held->num_strikes, settings_.num_strikes_max));
   }
   if (held->num_strikes >= settings_.num_strikes_max) {
     answer(turn, name, evaluator.timed_out ? RolloutStatus::kTimedOut : RolloutStatus::kCrashed, 0,
@@ -277,7 +283,8 @@ void WorkerCore::strike_definition(const Turn& turn, const DefinitionName& name,
   definitions.refuse(
       definition, fmt::format("loading it {} {} evaluators",
                               timed_out ? "took too long for" : "crashed", definition.num_strikes));
-  turn.log(true, fmt::format("refuses definition {}: {}", to_hex(name.id), definition.text));
+  turn.log(true, "definitions refused",
+           fmt::format("refuses definition {}: {}", to_hex(name.id), definition.text));
   settle(turn, name, definition);
 }
 
@@ -288,8 +295,9 @@ void WorkerCore::answer(const Turn& turn, const RolloutName& name, RolloutStatus
   ++num_evaluated_;
   num_failed_ += failed ? 1 : 0;
   if (status == RolloutStatus::kCrashed || status == RolloutStatus::kTimedOut) {
-    turn.log(true, fmt::format("answers roll-out {} of run {} as {}", name.key.number, name.key.run,
-                               treeroll::name(status)));
+    turn.log(true, "roll-outs answered as failed",
+             fmt::format("answers roll-out {} of run {} as {}", name.key.number, name.key.run,
+                         treeroll::name(status)));
   }
   answers_.add(name.learner, {.key = request.key,
                               .attempt = request.attempt,
