@@ -176,9 +176,9 @@ void Simulation::strike_learner(const Incident& incident) {
 }
 
 Duration Simulation::patience() const {
-  // A roll-out that hangs takes three evaluators, each blocked for ten times its limit and a
-  // second; so long may a learner also wait for one that was lost together with its worker.
-  const Duration hanging = 3 * (10 * kTaskTimeLimit + seconds(1));
+  // A roll-out that hangs takes three evaluators, each blocked for twice its limit and a second
+  // after it has computed; four times as long is a lease that was lost together with its worker.
+  const Duration hanging = 5 * 3 * (scenario_.task.duration_max + 2 * kTaskTimeLimit + seconds(1));
   Duration sum = seconds(60);
   const VirtualTask task(scenario_.seed, scenario_.task);
   for (const Study& study : scenario_.studies) {

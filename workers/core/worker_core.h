@@ -65,11 +65,13 @@ class WorkerCore {
   enum class EvaluatorState { kDown, kStarting, kIdle, kLoading, kRunning };
   struct Evaluator {
     EvaluatorState state = EvaluatorState::kDown;
-    bool killed = false;     ///< its death is on its way
-    bool timed_out = false;  ///< killed for exceeding a time limit while loading or running
-    std::int64_t job = 0;    ///< number of what it loads or runs
-    TimePoint since;         ///< of the job or the start
-    Duration time_limit{};   ///< of the job, CPU time
+    bool killed = false;       ///< its death is on its way
+    bool timed_out = false;    ///< killed for exceeding a time limit while loading or running
+    std::int64_t job = 0;      ///< number of what it loads or runs
+    TimePoint since;           ///< of the job or the start
+    Duration time_limit{};     ///< of the job, CPU time
+    TimePoint busy_at;         ///< last seen to have burnt CPU time on the job, or its begin
+    Duration busy_cpu_time{};  ///< what it had burnt by then
     std::optional<TimePoint> look_at;  ///< start time-out, CPU time check, or restart when down
     std::optional<RolloutName> rollout;
     std::int64_t content = 0;  ///< of that roll-out: another one in its place is not this one

@@ -15,8 +15,14 @@ namespace {
 constexpr int kForgetsPerJobMax = 16;
 constexpr Duration kLookAgainMin = std::chrono::milliseconds(1);
 
-/// Wall time after which a job that burns no CPU is taken for blocked.
-Duration wall_limit(Duration cpu_limit) { return 10 * cpu_limit + std::chrono::seconds(1); }
+// CPU time decides what a job may take, for on a loaded machine that is all an honest one cannot
+// help. What sleeps or is stopped burns none: a job that has had less than kBusyShare of one core
+// over a stretch of wall time is blocked. A share this small is left to each of a hundred
+// evaluators that crowd one core. The stretch and the pause between two looks make twice the limit
+// and a second from the moment it blocks, at most.
+constexpr int kBusyShareInverse = 100;
+Duration blocked_after(Duration cpu_limit) { return 3 * cpu_limit / 2 + std::chrono::seconds(1); }
+Duration look_interval(Duration cpu_limit) { return cpu_limit / 2; }
 
 std::string describe(Death death, int code) {
   return death == Death::kExited ? fmt::format("exited with status {}", code)
@@ -87,17 +93,24 @@ void WorkerCore::on(const Turn& turn, const CpuTimeMeasured& event) {
   const bool busy =
       evaluator.state == EvaluatorState::kLoading || evaluator.state == EvaluatorState::kRunning;
   if (!busy || evaluator.job != event.job || evaluator.killed) return;
-  const TimePoint wall_end = evaluator.since + wall_limit(evaluator.time_limit);
-  if (event.cpu_time < evaluator.time_limit && turn.now < wall_end) {
-    const Duration left = std::max(evaluator.time_limit - event.cpu_time, kLookAgainMin);
-    evaluator.look_at = std::min(turn.now + left, wall_end);
+  const Duration limit = evaluator.time_limit;
+  if (event.cpu_time - evaluator.busy_cpu_time >= blocked_after(limit) / kBusyShareInverse) {
+    evaluator.busy_at = turn.now;
+    evaluator.busy_cpu_time = event.cpu_time;
+  }
+  const TimePoint blocked_at = evaluator.busy_at + blocked_after(limit);
+  if (event.cpu_time < limit && turn.now < blocked_at) {
+    const Duration left = std::clamp(limit - event.cpu_time, kLookAgainMin,
+                                     std::max(kLookAgainMin, look_interval(limit)));
+    evaluator.look_at = std::min(turn.now + left, blocked_at);
     return;
   }
   turn.log(true, "evaluators past a time limit",
-           fmt::format("evaluator {} is past its time limit of {:.3g} s (CPU {:.3g} s, "
-                       "wall {:.3g} s) and is killed",
-                       event.evaluator, to_seconds(evaluator.time_limit),
-                       to_seconds(event.cpu_time), to_seconds(turn.now - evaluator.since)));
+           fmt::format("evaluator {} is {} (limit {:.3g} s, CPU {:.3g} s, wall {:.3g} s) and is "
+                       "killed",
+                       event.evaluator, event.cpu_time < limit ? "blocked" : "past its time limit",
+                       to_seconds(limit), to_seconds(event.cpu_time),
+                       to_seconds(turn.now - evaluator.since)));
   evaluator.killed = true;
   evaluator.timed_out = true;
   evaluator.look_at.reset();
@@ -158,7 +171,7 @@ void WorkerCore::watch_evaluator(const Turn& turn, int index) {
       return;
     case EvaluatorState::kLoading:
     case EvaluatorState::kRunning:
-      evaluator.look_at = turn.now + evaluator.time_limit;
+      evaluator.look_at = turn.now + look_interval(evaluator.time_limit);
       turn.effects.emplace_back(AskCpuTime{index, evaluator.job});
       return;
     case EvaluatorState::kIdle:
@@ -231,8 +244,10 @@ void WorkerCore::begin_job(const Turn& turn, Evaluator& evaluator, EvaluatorStat
   evaluator.state = state;
   evaluator.job = next_job_++;
   evaluator.since = turn.now;
-  evaluator.time_limit = std::max(limit, kLookAgainMin);
-  evaluator.look_at = turn.now + evaluator.time_limit;
+  evaluator.busy_at = turn.now;
+  evaluator.busy_cpu_time = {};
+  evaluator.time_limit = std::max(limit, 2 * kLookAgainMin);
+  evaluator.look_at = turn.now + look_interval(evaluator.time_limit);
 }
 
 void WorkerCore::release(Evaluator& evaluator) {
