@@ -52,6 +52,8 @@ void LearnerCore::step(TimePoint now, const LearnerEvent& event, LearnerEffects&
           on_synced(now, effects);
         } else if constexpr (std::is_same_v<What, learner_event::Recovered>) {
           recover(*what.result, now, effects);
+        } else if constexpr (std::is_same_v<What, learner_event::TimeRecovered>) {
+          recover(what.time, now, effects);
         } else if constexpr (std::is_same_v<What, learner_event::StopRequested>) {
           on_stop(now, effects);
         } else {
@@ -80,10 +82,18 @@ TimePoint LearnerCore::next_deadline() const {
   if (const auto lease = ledger_.next_deadline()) next = std::min(next, *lease);
   if (const auto silence = workers_.next_silence()) next = std::min(next, *silence);
   if (stop_at_) next = std::min(next, *stop_at_);
+  if (const auto end = time_end()) next = std::min(next, *end);
   return next;
 }
 
 void LearnerCore::on_timer(TimePoint now, LearnerEffects& effects) {
+  if (!at_work_since_) {
+    at_work_since_ = now;
+    learnt_before_ = learnt_.elapsed;
+  }
+  if (const auto end = time_end(); end && (now >= *end || now >= next_status_)) {
+    read_clock(now, effects);
+  }
   for (const WorkerEntry& silent : workers_.remove_silent(now)) {
     log(now,
         {LogLine::Level::kWarning, "workers that leave",
@@ -152,6 +162,7 @@ void LearnerCore::on_stop(TimePoint now, LearnerEffects& effects) {
 void LearnerCore::finish_if_stopped(TimePoint now, LearnerEffects& effects) {
   if (!stop_at_ || outcome_ != Outcome::kRunning) return;
   if (ledger_.num_leased() > 0 && now < *stop_at_) return;
+  read_clock(now, effects);
   publish_status(now, effects);
   outcome_ = Outcome::kStopped;
 }

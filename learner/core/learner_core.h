@@ -13,6 +13,7 @@
 #include "common/protocol/messages.h"
 #include "learner/core/accepted_result.h"
 #include "learner/core/definition_book.h"
+#include "learner/core/learning_time.h"
 #include "learner/core/ledger.h"
 #include "learner/core/run.h"
 #include "learner/core/study.h"
@@ -35,16 +36,22 @@ struct Synced {};
 struct Recovered {
   const AcceptedResult* result;
 };
+/// The same of the time it had counted.
+struct TimeRecovered {
+  LearningTime time;
+};
 struct StopRequested {};  ///< no more roll-outs; the outcome follows once those under way are in
 }  // namespace learner_event
 using LearnerEvent =
     std::variant<learner_event::Started, learner_event::Received, learner_event::InboxDrained,
                  learner_event::Timer, learner_event::Synced, learner_event::Recovered,
-                 learner_event::StopRequested>;
+                 learner_event::TimeRecovered, learner_event::StopRequested>;
 
-/// What the learner wants done, in this order: to the journal, sent, logged.
+/// What the learner wants done, in this order: to the journal (results, then the time if it is to
+/// be noted), sent, logged.
 struct LearnerEffects {
   std::vector<AcceptedResult> accepted;
+  std::optional<LearningTime> time;
   std::vector<protocol::Message> send;
   std::vector<LogLine> log;
 };
@@ -62,7 +69,7 @@ class LearnerCore {
  public:
   enum class Outcome {
     kRunning,
-    kDone,     ///< every run has its roll-outs and its final evaluation
+    kDone,     ///< every run has come to its end and has its final evaluation
     kStopped,  ///< on request: it can be resumed
     kFailed,   ///< the study cannot be learnt; failure() says why
   };
@@ -98,6 +105,11 @@ class LearnerCore {
                   LearnerEffects& effects);
   void on_message(const protocol::DefinitionReport& report, TimePoint now, LearnerEffects& effects);
 
+  // learner_core_time.cc: how long it has been.
+  std::optional<TimePoint> time_end() const;
+  void read_clock(TimePoint now, LearnerEffects& effects);
+  void pass_time(const LearningTime& time, TimePoint now, LearnerEffects& effects);
+  void recover(const LearningTime& time, TimePoint now, LearnerEffects& effects);
   // learner_core_answers.cc: what answers do.
   void accept(WorkerEntry& worker, const protocol::RolloutResult& result, TimePoint now,
               LearnerEffects& effects);
@@ -155,6 +167,10 @@ class LearnerCore {
   std::int64_t num_rollouts_ = 0;     // of all runs
   std::optional<TimePoint> stop_at_;  // stopping, no later than this
   TimePoint started_at_;
+  std::optional<TimePoint> at_work_since_;  // of this incarnation, its recovery behind it
+  LearningTime learnt_;                     // as the journal has it
+  Duration learnt_before_{};                // by earlier incarnations
+  bool time_is_up_ = false;                 // by the journal
   TimePoint next_status_;
   TimePoint last_progress_;     // a result was accepted
   std::set<int> changed_runs_;  // since their last status message

@@ -68,7 +68,8 @@ struct Scenario {
 /// A study whose runs switch layers, workers and a task without faults, all small; in both orders,
 /// one to four in flight.
 Scenario calm_scenario(std::uint64_t seed);
-/// The same with a mix of faults, and one time in four a second learner.
+/// The same with a mix of faults; one time in four with a second learner, and one in four with
+/// studies that are learnt for a time.
 Scenario scenario_of(std::uint64_t seed);
 
 int num_rollouts(const Scenario& scenario);

@@ -38,8 +38,8 @@ plant("send before journal" learner/core/carry_out.cc
   }]])
 
 plant("apply before journal" learner/core/carry_out.cc
-  [[if (!effects.accepted.empty())]]
-  [[if (!PLANTED && !effects.accepted.empty())]])
+  [[if (!effects.accepted.empty() || effects.time) handler]]
+  [[if (!PLANTED && (!effects.accepted.empty() || effects.time)) handler]])
 
 plant("acknowledge before fdatasync" learner/core/learner_core.cc
   [[if (!unsynced_)]]
@@ -132,6 +132,20 @@ plant("a definition request ignored" learner/core/learner_core.cc
   [[for (const ContentHash& id : request.policy_ids) {
     if (!PLANTED) publish_policy(id, now, effects);
   }]])
+
+plant("the time's end not journaled" learner/core/carry_out.cc
+  [[if (effects.time) handler]]
+  [[if (effects.time && !PLANTED) handler]])
+
+plant("the time's end forgotten at resume" learner/core/learner_core_time.cc
+  [[return pass_time(time, now, effects);]]
+  [[if (PLANTED) learnt_ = time;
+    else return pass_time(time, now, effects);
+    return;]])
+
+plant("time before a resume not counted" learner/core/learner_core.cc
+  [[learnt_before_ = learnt_.elapsed;]]
+  [[learnt_before_ = PLANTED ? Duration{} : learnt_.elapsed;]])
 
 plant("failed roll-outs counted twice" learner/core/run.cc
   [[++num_failed_;]]
