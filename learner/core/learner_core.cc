@@ -107,6 +107,7 @@ void LearnerCore::on_timer(TimePoint now, LearnerEffects& effects) {
   }
   if (now >= next_status_) {
     workers_.forget_refusals(now);
+    refuses_workers_ = refuses_workers_ && workers_.is_full();
     for (const ContentHash& task_id : task_ids_) {
       if (!facts_.contains(task_id)) publish_task(task_id, now, effects);
     }
@@ -118,23 +119,40 @@ void LearnerCore::on_timer(TimePoint now, LearnerEffects& effects) {
   dispatch(now, effects);
 }
 
+/// The entry of a worker that has said something; null if there is room for no more workers.
+WorkerEntry* LearnerCore::hear(protocol::WorkerId id, TimePoint now, LearnerEffects& effects) {
+  WorkerEntry* worker = workers_.hear(id, now);
+  if (worker || refuses_workers_) return worker;
+  refuses_workers_ = true;
+  log(now,
+      {LogLine::Level::kWarning, "workers refused",
+       fmt::format("worker {:x} is refused, and so are others until one leaves: {} workers are the "
+                   "most that are served",
+                   id, protocol::kWorkersMax)},
+      effects);
+  return nullptr;
+}
+
 void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
                              LearnerEffects& effects) {
   if (batch.learner_id != settings_.learner_id) return;
-  WorkerEntry* worker = workers_.hear(batch.worker_id, now);
+  WorkerEntry* worker = hear(batch.worker_id, now, effects);
   if (!worker) return;
-  for (std::size_t i = 0; i < batch.results.size(); ++i) {
-    const std::int64_t index = batch.first_index + static_cast<std::int64_t>(i);
+  std::size_t num_read = 0;
+  // What is not read while the disk lags is not acknowledged, so its worker repeats it.
+  for (; num_read < batch.results.size() && !journal_is_behind(); ++num_read) {
+    const protocol::RolloutResult& result = batch.results[num_read];
+    const std::int64_t index = batch.first_index + static_cast<std::int64_t>(num_read);
     // A repetition is looked at only if it answers what is still open: no index, however wrong,
     // can keep an answer out.
-    if (index <= worker->settled && !answers_open_question(batch.results[i])) continue;
-    accept(*worker, batch.results[i], now, effects);
+    if (index <= worker->settled && !answers_open_question(result)) continue;
+    accept(*worker, result, now, effects);
     worker->settled = std::max(worker->settled, index);
   }
-  if (!batch.results.empty()) {
-    worker->answered = batch.first_index + static_cast<std::int64_t>(batch.results.size()) - 1;
+  if (num_read > 0) {
+    worker->answered = batch.first_index + static_cast<std::int64_t>(num_read) - 1;
     // It repeats what it need not: our word was lost, or an older batch came between.
-    if (!unsynced_) worker->acknowledged = worker->answered;
+    if (num_unsynced_ == 0) worker->acknowledged = worker->answered;
     worker->acknowledgement_due =
         worker->acknowledgement_due || worker->answered == worker->acknowledged;
   }
@@ -145,7 +163,7 @@ void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
 
 /// Only what will survive us may be forgotten by those who have it.
 void LearnerCore::on_synced(TimePoint now, LearnerEffects& effects) {
-  unsynced_ = false;
+  num_unsynced_ = 0;
   for (auto& [id, worker] : workers_.all()) {
     if (worker.answered == worker.acknowledged) continue;
     worker.acknowledged = worker.answered;
@@ -169,7 +187,7 @@ void LearnerCore::finish_if_stopped(TimePoint now, LearnerEffects& effects) {
 
 void LearnerCore::on_message(const protocol::WorkerStatus& status, TimePoint now,
                              LearnerEffects& effects) {
-  WorkerEntry* worker = workers_.hear(status.worker_id, now);
+  WorkerEntry* worker = hear(status.worker_id, now, effects);
   if (!worker) return;
   const bool is_new = worker->num_evaluators == 0;
   const bool starts_draining = status.draining && !worker->draining;
@@ -210,7 +228,7 @@ void LearnerCore::on_message(const protocol::WorkerStatus& status, TimePoint now
 void LearnerCore::on_message(const protocol::DefinitionRequest& request, TimePoint now,
                              LearnerEffects& effects) {
   if (request.learner_id != settings_.learner_id) return;
-  if (!workers_.hear(request.worker_id, now)) return;
+  if (!hear(request.worker_id, now, effects)) return;
   for (const ContentHash& id : request.task_ids) publish_task(id, now, effects);
   for (const ContentHash& id : request.policy_ids) publish_policy(id, now, effects);
 }
@@ -218,7 +236,7 @@ void LearnerCore::on_message(const protocol::DefinitionRequest& request, TimePoi
 void LearnerCore::on_message(const protocol::DefinitionReport& report, TimePoint now,
                              LearnerEffects& effects) {
   if (report.learner_id != settings_.learner_id) return;
-  WorkerEntry* worker = workers_.hear(report.worker_id, now);
+  WorkerEntry* worker = hear(report.worker_id, now, effects);
   if (!worker) return;
   const bool is_task = tasks_.find(report.definition_id) != nullptr;
   if (!is_task && !policies_.find(report.definition_id)) return;
@@ -237,12 +255,13 @@ void LearnerCore::on_message(const protocol::DefinitionReport& report, TimePoint
 void LearnerCore::refuse(WorkerEntry& worker, const ContentHash& definition,
                          const std::string& reason, TimePoint now, LearnerEffects& effects) {
   const bool is_new = !worker.refused.contains(definition);
-  worker.refused[definition] = {reason, now + kRefusalLasts};
+  if (is_new && worker.refuses_too_much()) return;
+  worker.refused[definition] = {reason.substr(0, protocol::kReasonBytesMax), now + kRefusalLasts};
   if (!is_new) return;
   log(now,
       {LogLine::Level::kWarning, "definitions refused",
        fmt::format("{} refuses the {}: {}", describe(worker),
-                   tasks_.find(definition) ? "task" : "policy", reason)},
+                   tasks_.find(definition) ? "task" : "policy", worker.refused[definition].reason)},
       effects);
   const std::set<protocol::RolloutKey> leases = worker.leases;
   for (const protocol::RolloutKey key : leases) {
@@ -272,7 +291,7 @@ void LearnerCore::learn_facts(const ContentHash& task_id, const TaskFacts& facts
 
 void LearnerCore::dispatch(TimePoint now, LearnerEffects& effects) {
   std::vector<Ledger::Assignment> chosen;
-  if (outcome_ == Outcome::kRunning && !stop_at_) {
+  if (outcome_ == Outcome::kRunning && !stop_at_ && !journal_is_behind()) {
     chosen = assign(ledger_, workers_, DispatchFacts{now, rollout_time_s_, &facts_});
   }
   std::vector<protocol::RolloutRequest> requests = ledger_.lease(now, chosen);
@@ -305,6 +324,8 @@ void LearnerCore::publish_policy(const ContentHash& id, TimePoint now, LearnerEf
 }
 
 int LearnerCore::numeric_class(const std::string& name) {
+  const bool is_full = numeric_classes_.size() >= protocol::kNumericClassesMax;
+  if (is_full && !numeric_classes_.contains(name)) return kUnknownClass;
   return numeric_classes_.emplace(name, static_cast<int>(numeric_classes_.size())).first->second;
 }
 

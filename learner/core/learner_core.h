@@ -10,6 +10,7 @@
 
 #include "common/base/log_limiter.h"
 #include "common/base/time.h"
+#include "common/protocol/limits.h"
 #include "common/protocol/messages.h"
 #include "learner/core/accepted_result.h"
 #include "learner/core/definition_book.h"
@@ -61,6 +62,8 @@ struct LearnerSettings {
   std::size_t batch_bytes_max = 0;  ///< of one roll-out batch that holds more than one roll-out
   /// Descriptions known beforehand, by task content; the others are asked of the workers.
   std::map<std::string, TaskFacts> known_tasks;
+  /// Accepted results that may wait for Synced; past it nothing is accepted or given out.
+  std::int64_t unsynced_results_max = protocol::kUnsyncedResultsMax;
 };
 
 /// The learner as a pure state machine: many runs side by side over one pool of workers. No clock,
@@ -97,6 +100,8 @@ class LearnerCore {
   void on_timer(TimePoint now, LearnerEffects& effects);
   void on_synced(TimePoint now, LearnerEffects& effects);
   void on_stop(TimePoint now, LearnerEffects& effects);
+  WorkerEntry* hear(protocol::WorkerId id, TimePoint now, LearnerEffects& effects);
+  bool journal_is_behind() const { return num_unsynced_ >= settings_.unsynced_results_max; }
   void finish_if_stopped(TimePoint now, LearnerEffects& effects);
   void recover(const AcceptedResult& result, TimePoint now, LearnerEffects& effects);
   void on_message(const protocol::RewardBatch& batch, TimePoint now, LearnerEffects& effects);
@@ -141,6 +146,9 @@ class LearnerCore {
   void learn_facts(const ContentHash& task_id, const TaskFacts& facts);
   void refuse(WorkerEntry& worker, const ContentHash& definition, const std::string& reason,
               TimePoint now, LearnerEffects& effects);
+  /// Of a result whose worker was another incarnation's, or of one class too many: it compares with
+  /// nothing.
+  static constexpr int kUnknownClass = -1;
   int numeric_class(const std::string& name);
   std::optional<std::string> refused_by_all(const ContentHash& definition) const;
   std::string why_waiting(TimePoint now) const;  // progress.cc
@@ -160,9 +168,10 @@ class LearnerCore {
   WorkerTable workers_;
   std::map<std::string, int> numeric_classes_;
 
-  std::int64_t last_batch_ = 0;  // sequence of the last message sent
-  double rollout_time_s_ = 0;    // running mean over all answers
-  bool unsynced_ = false;        // something accepted may not be on stable storage
+  std::int64_t last_batch_ = 0;    // sequence of the last message sent
+  double rollout_time_s_ = 0;      // running mean over all answers
+  std::int64_t num_unsynced_ = 0;  // accepted, and perhaps not on stable storage
+  bool refuses_workers_ = false;   // has said so, since there was room for one
   int num_done_ = 0;
   std::int64_t num_rollouts_ = 0;     // of all runs
   std::optional<TimePoint> stop_at_;  // stopping, no later than this

@@ -11,8 +11,6 @@ namespace treeroll {
 namespace {
 
 constexpr double kTimingWeight = .1;
-/// Of a result whose worker was another incarnation's: it compares with nothing.
-constexpr int kUnknownClass = -1;
 
 }  // namespace
 
@@ -47,7 +45,7 @@ void LearnerCore::accept(WorkerEntry& worker, const protocol::RolloutResult& res
   const AcceptedResult accepted{key, result.content, ok ? result.reward : 0, result.status,
                                 worker.id};
   effects.accepted.push_back(accepted);
-  unsynced_ = true;
+  ++num_unsynced_;
   learn(accepted, numeric_class(worker.numeric_class), now, effects);
 }
 
@@ -81,8 +79,8 @@ void LearnerCore::compare_with_accepted(const WorkerEntry& worker,
     return;
   }
   ++ledger_.counters.duplicate;
-  const bool comparable =
-      facts.deterministic && before->numeric_class == numeric_class(worker.numeric_class);
+  const bool comparable = facts.deterministic && before->numeric_class != kUnknownClass &&
+                          before->numeric_class == numeric_class(worker.numeric_class);
   if (!comparable || (before->reward == result.reward && before->status == result.status)) return;
   ++ledger_.counters.conflicting;
   log(now,

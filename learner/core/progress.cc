@@ -111,6 +111,9 @@ std::optional<std::string> LearnerCore::refused_by_all(const ContentHash& defini
 
 std::string LearnerCore::why_waiting(TimePoint now) const {
   if (now - last_progress_ < kPatience) return "";
+  if (journal_is_behind()) {
+    return fmt::format("the disk lags: {} results are not on stable storage yet", num_unsynced_);
+  }
   if (workers_.all().empty()) return "no workers: none is heard on this LCM URL";
 
   int usable = 0;
@@ -121,7 +124,8 @@ std::string LearnerCore::why_waiting(TimePoint now) const {
   }
   if (usable == 0) {
     return fmt::format(
-        "none of the {} workers takes roll-outs: they start, drain or are distrusted",
+        "none of the {} workers takes roll-outs: they start, drain, are distrusted or refuse too "
+        "much",
         workers_.all().size());
   }
   for (std::size_t c = 0; c < task_ids_.size(); ++c) {

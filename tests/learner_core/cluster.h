@@ -86,8 +86,10 @@ class Cluster {
     while (core->outcome() == LearnerCore::Outcome::kRunning && advance(end)) each();
   }
 
+  /// More is on its way: the learner does not answer yet.
+  void hear(const protocol::Message& message) { step(learner_event::Received{&message}); }
   void give(const protocol::Message& message) {
-    step(learner_event::Received{&message});
+    hear(message);
     step(learner_event::InboxDrained{});
   }
 

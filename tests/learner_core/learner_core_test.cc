@@ -416,20 +416,6 @@ TEST(LearnerCoreTest, AcknowledgesARepetitionThoughAnOlderBatchCameBeforeTheDisk
   EXPECT_EQ(batch->acknowledgements[0].result_index, 2);
 }
 
-TEST(LearnerCoreTest, AThousandWorkersThatComeAndGoAreAFewLinesOfTheLog) {
-  Cluster cluster(small_study(10, 1));
-  cluster.start();
-  for (int id = 1; id <= 1000; ++id) {
-    cluster.give(FakeWorker(id, milliseconds(1)).status(Cluster::kLearner));
-  }
-  cluster.run(seconds(65));
-  EXPECT_EQ(cluster.log.size(), 2U * (LogLimiter::kLinesMax + 1));
-  EXPECT_THAT(
-      cluster.log,
-      Contains(Field(&LogLine::text, HasSubstr("workers that join: 990 more in the last 60"))));
-  EXPECT_THAT(cluster.log, Contains(Field(&LogLine::text, HasSubstr("workers that leave: 990"))));
-}
-
 TEST(LearnerCoreTest, PublishesADefinitionAgainForAWorkerThatLacksIt) {
   Cluster cluster(small_study(20, 1));
   cluster.start();  // both definitions go out before any worker is there

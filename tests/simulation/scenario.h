@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/base/time.h"
+#include "common/protocol/limits.h"
 #include "learner/core/study.h"
 #include "tests/simulation/virtual_task.h"
 
@@ -60,8 +61,9 @@ struct Scenario {
   std::vector<WorkerPlan> workers;
   std::vector<Incident> incidents;
   Duration reading_delay{};  ///< from a message's arrival to the process that reads it
-  Duration sync_delay{};     ///< from the journal's write to its fdatasync
-  Duration load_time{};      ///< of a definition into an evaluator
+  std::int64_t unsynced_results_max = protocol::kUnsyncedResultsMax;
+  Duration sync_delay{};  ///< from the journal's write to its fdatasync
+  Duration load_time{};   ///< of a definition into an evaluator
   TimePoint faults_end;
 };
 

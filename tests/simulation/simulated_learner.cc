@@ -16,6 +16,7 @@ LearnerSettings learner_settings(const Scenario& scenario, protocol::LearnerId i
   LearnerSettings settings;
   settings.learner_id = id;
   settings.batch_bytes_max = scenario.batch_bytes_max;
+  settings.unsynced_results_max = scenario.unsynced_results_max;
   if (scenario.knows_task) {
     settings.known_tasks[kTaskContent] = *task_facts_from_json(kTaskDescription);
   }
@@ -153,6 +154,9 @@ void SimulatedLearner::append(const AcceptedResult& result) {
   observer_.require(is_first, "a roll-out is accepted twice");
   disk_.append(result);
   unwritten_.push_back(result.key);
+  observer_.require(lag() <= scenario_.unsynced_results_max,
+                    "more is accepted than may wait for the disk");
+  if (lag() == scenario_.unsynced_results_max) observer_.count("the disk's lag at its limit");
 }
 
 void SimulatedLearner::append(const LearningTime& time) {
@@ -293,6 +297,7 @@ void SimulatedLearner::hear(const protocol::Message& message) {
     heard.time = schedule_.now();
     if (batch->results.empty()) return;
     heard.last_result = batch->first_index + static_cast<std::int64_t>(batch->results.size()) - 1;
+    if (lag() >= scenario_.unsynced_results_max) heard.last_result = 0;  // some may be unread
   } else if (const auto* request = std::get_if<protocol::DefinitionRequest>(&message)) {
     if (request->learner_id == id_) heard_[request->worker_id].time = schedule_.now();
   } else if (const auto* report = std::get_if<protocol::DefinitionReport>(&message)) {

@@ -56,6 +56,10 @@ class SimulatedLearner : public Node, private EffectHandler {
   void log(const LogLine&) override {}
 
   void recover(const JournalRecord& record);
+  /// Results that are not on stable storage.
+  std::int64_t lag() const {
+    return static_cast<std::int64_t>(unwritten_.size() + unsynced_.size());
+  }
   void note_answered(protocol::RolloutKey key);
   void note_time(const LearningTime& time);
   void check_ends(protocol::RolloutKey key);

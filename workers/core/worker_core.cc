@@ -284,6 +284,7 @@ void WorkerCore::receive_definition(const Turn& turn, protocol::LearnerId learne
     definition = definitions.insert(name.id, content, in_use(name.kind));
     if (definition == nullptr) return;  // all in use: asked for again while it is waited for
     to_check_.push_back(name);
+    forget_stale_checks();
   } else {
     definitions.touch(name.id);
   }
@@ -291,6 +292,18 @@ void WorkerCore::receive_definition(const Turn& turn, protocol::LearnerId learne
   const bool settled = definition->state == DefinitionState::kAccepted ||
                        definition->state == DefinitionState::kRefused;
   if (settled) settle(turn, name, *definition);
+}
+
+/// What was evicted unchecked stays named in the row of what is to be checked. While no evaluator
+/// is idle, a flood of definitions would make it grow.
+void WorkerCore::forget_stale_checks() {
+  if (to_check_.size() <= 2 * (settings_.num_tasks_max + settings_.num_policies_max)) return;
+  std::set<DefinitionName> seen;
+  std::erase_if(to_check_, [&](const DefinitionName& name) {
+    const Definition* definition = cache(name.kind).find(name.id);
+    const bool waits = definition != nullptr && definition->state == DefinitionState::kUnchecked;
+    return !waits || !seen.insert(name).second;
+  });
 }
 
 void WorkerCore::settle(const Turn& turn, const DefinitionName& name, Definition& definition) {
@@ -306,6 +319,8 @@ void WorkerCore::report(protocol::LearnerId learner, const ContentHash& id, bool
                         const std::string& text) {
   const auto earlier = reports_.find({learner, id});
   if (earlier != reports_.end() && !earlier->second.accepted) return;
+  // Who is not told now asks again.
+  if (earlier == reports_.end() && reports_.size() >= protocol::kReportsPerTurnMax) return;
   reports_[{learner, id}] = {.worker_id = settings_.worker_id,
                              .learner_id = learner,
                              .definition_id = id,

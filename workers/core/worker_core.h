@@ -96,6 +96,7 @@ class WorkerCore {
                           const std::string& content);
   void review(const Turn& turn, const RolloutName& name);
   void review_waiting(const Turn& turn);
+  void forget_stale_checks();
   void settle(const Turn& turn, const DefinitionName& name, Definition& definition);
   void report(protocol::LearnerId learner, const ContentHash& id, bool accepted,
               const std::string& text);

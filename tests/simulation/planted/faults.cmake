@@ -42,8 +42,8 @@ plant("apply before journal" learner/core/carry_out.cc
   [[if (!PLANTED && (!effects.accepted.empty() || effects.time)) handler]])
 
 plant("acknowledge before fdatasync" learner/core/learner_core.cc
-  [[if (!unsynced_)]]
-  [[if (PLANTED || !unsynced_)]])
+  [[if (num_unsynced_ == 0)]]
+  [[if (PLANTED || num_unsynced_ == 0)]])
 
 plant("a left layer's result learnt from" learner/explore/exploration.cc
   [[if (draw.layer == layer() && !stopped_)]]
@@ -132,6 +132,10 @@ plant("a definition request ignored" learner/core/learner_core.cc
   [[for (const ContentHash& id : request.policy_ids) {
     if (!PLANTED) publish_policy(id, now, effects);
   }]])
+
+plant("the journal's lag unbounded" learner/core/learner_core.cc
+  [[num_read < batch.results.size() && !journal_is_behind();]]
+  [[num_read < batch.results.size() && (PLANTED || !journal_is_behind());]])
 
 plant("the time's end not journaled" learner/core/carry_out.cc
   [[if (effects.time) handler]]
