@@ -85,6 +85,10 @@ double SettingsReader::number(std::string_view key, NumberRule rule,
   return number;
 }
 
+std::optional<double> SettingsReader::optional_number(std::string_view key, NumberRule rule) {
+  return find(key) ? std::optional(number(key, rule)) : std::nullopt;
+}
+
 std::int64_t SettingsReader::integer(std::string_view key, std::int64_t min, std::int64_t max,
                                      std::optional<std::int64_t> fallback) {
   const json* value = find(key);

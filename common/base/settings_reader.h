@@ -39,6 +39,8 @@ class SettingsReader {
   SettingsReader(const nlohmann::json& table, std::string path, nlohmann::json& resolved);
 
   double number(std::string_view key, NumberRule rule, std::optional<double> fallback = {});
+  /// One that may be left out, where no number could stand for that.
+  std::optional<double> optional_number(std::string_view key, NumberRule rule);
   std::int64_t integer(std::string_view key, std::int64_t min, std::int64_t max,
                        std::optional<std::int64_t> fallback = {});
   bool boolean(std::string_view key, std::optional<bool> fallback = {});

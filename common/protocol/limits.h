@@ -3,9 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 
-/// Every bound on what comes from or goes to the network, in one place. A message past one of them
-/// is refused as a whole before anything of it is used.
+/// Every bound of the service in one place: README.md has, for each, its reason, what happens past
+/// it and the test that shows it.
 namespace treeroll::protocol {
+
+// Messages: what a sender may build and what a receiver takes.
 
 /// LCM's short messages: one datagram of at most 65507 bytes with header and channel name.
 inline constexpr std::size_t kMessageBytesMax = 65000;
@@ -28,5 +30,46 @@ inline constexpr int kDefinitionsPerRequestMax = 256;
 inline constexpr int kThetaDimMax = 4096;
 inline constexpr std::size_t kDefinitionBytesMax = 64000;
 inline constexpr std::size_t kStringBytesMax = 1024;
+/// Why a worker refuses a definition; longer texts are cut.
+inline constexpr std::size_t kReasonBytesMax = 256;
+/// Read from the multicast socket before timers and evaluators get their turn.
+inline constexpr int kDatagramsPerTurnMax = 256;
+
+// A study: what is refused when it is loaded.
+
+inline constexpr std::size_t kConditionsMax = 1000;
+/// Conditions times repetitions.
+inline constexpr std::int64_t kRunsMax = 100'000;
+inline constexpr std::int64_t kRolloutsMax = 100'000'000;  ///< of one run
+/// What is kept of each until the end is 16 bytes.
+inline constexpr std::int64_t kRolloutsTotalMax = 100'000'000;
+inline constexpr std::int64_t kInFlightMax = 100'000;  ///< of one run
+/// Drawn and not answered, of all runs together: what the ledger holds.
+inline constexpr std::int64_t kInFlightTotalMax = 1'000'000;
+
+// The learner.
+
+/// Heard within the last seconds; and so many records of those that have left.
+inline constexpr std::size_t kWorkersMax = 4096;
+/// A worker names all it holds in one message.
+inline constexpr int kLeasesPerWorkerMax = kHeldPerMessageMax;
+inline constexpr std::size_t kRefusalsPerWorkerMax = 256;
+inline constexpr std::size_t kNumericClassesMax = 1024;
+/// The journal's lag: results written and not yet on stable storage, 94 bytes each.
+inline constexpr std::int64_t kUnsyncedResultsMax = 65'536;
+
+// A worker.
+
+inline constexpr int kHeldPerEvaluatorMax = 64;
+inline constexpr std::size_t kLearnersPerWorkerMax = kLearnersPerStatusMax;
+inline constexpr std::size_t kAnswersMax = 8192;
+inline constexpr std::size_t kTasksMax = 64;
+inline constexpr std::size_t kPoliciesMax = 1024;
+/// Of tasks, and again of policies.
+inline constexpr std::size_t kDefinitionCacheBytesMax = 32U << 20U;
+/// Learners whose last result index outlives them.
+inline constexpr std::size_t kForgottenLearnersMax = 4096;
+/// Reports of definitions in answer to the messages of one turn.
+inline constexpr std::size_t kReportsPerTurnMax = 1024;
 
 }  // namespace treeroll::protocol

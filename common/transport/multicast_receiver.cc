@@ -12,15 +12,16 @@
 #include <optional>
 #include <utility>
 
+#include "common/protocol/limits.h"
 #include "common/transport/short_frame.h"
 
 namespace treeroll::transport {
 namespace {
 
 constexpr std::size_t kDatagramBytesMax = 65536;
-/// Datagrams fetched in one system call, and in one go before timers and others get their turn.
+/// Datagrams fetched in one system call.
 constexpr std::size_t kBatch = 16;
-constexpr int kBatchesPerTurn = 16;
+constexpr int kBatchesPerTurn = protocol::kDatagramsPerTurnMax / static_cast<int>(kBatch);
 
 /// Closes on every way out of open().
 class Socket {

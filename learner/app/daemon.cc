@@ -152,6 +152,8 @@ class LearnerDaemon : private EffectHandler {
 
   void append(const AcceptedResult& result) override { journal_->append(result, wall_time_us()); }
 
+  void append(const LearningTime& time) override { journal_->append(time, wall_time_us()); }
+
   void flush() override {
     journal_->flush();
     if (!sync_at_) sync_at_ = loop_.now() + kSyncPeriod;
@@ -161,7 +163,7 @@ class LearnerDaemon : private EffectHandler {
     bus_->publish(message);
     if (const auto* status = std::get_if<protocol::LearnerStatus>(&message)) {
       progress_.show(*status, loop_.now());
-      progress_.show(bus_->statistics());
+      progress_.show(bus_->statistics(), loop_.now());
     }
   }
 

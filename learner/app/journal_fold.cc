@@ -20,6 +20,24 @@ void check_same_study(const JournalStart& start, const ContentHash& study_id) {
   }
 }
 
+/// One record more. Throws std::runtime_error if it does not follow from those before.
+void fold(const JournalRecord& record, const ContentHash& study_id, TimePoint now,
+          LearnerCore& core) {
+  if (const auto* start = std::get_if<JournalStart>(&record)) {
+    return check_same_study(*start, study_id);
+  }
+  LearnerEffects unsent;
+  const auto* result = std::get_if<AcceptedResult>(&record);
+  const auto* time = std::get_if<LearningTime>(&record);
+  if (!result && !time) return;
+  if (core.outcome() == LearnerCore::Outcome::kDone) {
+    throw std::runtime_error("the journal goes on although every run has ended");
+  }
+  if (result) core.step(now, learner_event::Recovered{result}, unsent);
+  if (time) core.step(now, learner_event::TimeRecovered{*time}, unsent);
+  if (core.outcome() == LearnerCore::Outcome::kFailed) throw std::runtime_error(core.failure());
+}
+
 fs::path free_name(const fs::path& journal) {
   for (int i = 1;; ++i) {
     fs::path name = journal;
@@ -36,17 +54,16 @@ JournalTail fold_journal(const fs::path& journal, const ContentHash& study_id, T
   LearnerEffects unsent;  // workers ask for definitions when they need them
   core.step(now, learner_event::Started{}, unsent);
   std::int64_t number = 0;
+  std::uint64_t offset = 0;
   const Result<JournalTail> tail = read_journal(journal, [&](const JournalRecord& record) {
-    if (const auto* start = std::get_if<JournalStart>(&record)) check_same_study(*start, study_id);
-    if (const auto* result = std::get_if<AcceptedResult>(&record)) {
-      core.step(now, learner_event::Recovered{result}, unsent);
-      if (core.outcome() == LearnerCore::Outcome::kFailed) {
-        throw std::runtime_error(
-            fmt::format("{}: record {}: {}", journal.string(), number, core.failure()));
-      }
-      unsent = {};
+    try {
+      fold(record, study_id, now, core);
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(fmt::format("{}: record {} at byte {}: {}", journal.string(), number,
+                                           offset, error.what()));
     }
     ++number;
+    offset += framed_size(record);
     if (on_record) on_record(record);
   });
   if (!tail) {
@@ -60,8 +77,7 @@ Salvaged salvage_journal(const fs::path& journal) {
   const JournalWriter lock(journal);
   Salvaged salvaged;
   const Result<JournalTail> tail = read_journal(journal, [&](const JournalRecord& record) {
-    std::uint64_t check = 0;
-    salvaged.bytes_kept += frame(record, 0, 0, 0, check).size();
+    salvaged.bytes_kept += framed_size(record);
     ++salvaged.num_records;
   });
   if (tail) return salvaged;

@@ -4,6 +4,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 namespace treeroll {
 namespace {
@@ -26,7 +28,7 @@ std::string as_time(double seconds) {
 
 void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
   if (!status.waiting_for.empty() && (!last_warned_ || now - *last_warned_ >= kWarningPeriod)) {
-    spdlog::warn("waiting: {}", status.waiting_for);
+    warn(now, "waiting", fmt::format("waiting: {}", status.waiting_for));
     last_warned_ = now;
   }
   if (!last_shown_) {
@@ -51,15 +53,24 @@ void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
       status.num_evaluators, rate_, rate_ > 0 ? as_time(left / rate_) : "an unknown time");
 }
 
-void ProgressLine::show(const transport::BusStatistics& bus) {
+void ProgressLine::show(const transport::BusStatistics& bus, TimePoint now) {
   if (bus.num_rejected > shown_bus_.num_rejected) {
-    spdlog::warn("{} datagrams refused so far, the last: {}", bus.num_rejected, bus.last_rejection);
+    warn(now, "refusals of datagrams",
+         fmt::format("{} datagrams refused so far, the last: {}", bus.num_rejected,
+                     bus.last_rejection));
   }
   if (bus.num_unsent > shown_bus_.num_unsent) {
-    spdlog::warn("{} messages not sent so far, the last: {}", bus.num_unsent,
-                 bus.last_publish_error);
+    warn(now, "failures to send",
+         fmt::format("{} messages not sent so far, the last: {}", bus.num_unsent,
+                     bus.last_publish_error));
   }
   shown_bus_ = bus;
+}
+
+void ProgressLine::warn(TimePoint now, std::string_view kind, std::string text) {
+  std::vector<LogLine> lines;
+  limiter_.add(now, {LogLine::Level::kWarning, kind, std::move(text)}, lines);
+  for (const LogLine& line : lines) spdlog::warn("{}", line.text);
 }
 
 }  // namespace treeroll

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <string_view>
 
+#include "common/base/log_limiter.h"
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
 #include "common/transport/bus.h"
@@ -14,14 +17,17 @@ class ProgressLine {
  public:
   void show(const protocol::LearnerStatus& status, TimePoint now);
   /// A warning whenever datagrams were refused or could not be sent since the last call.
-  void show(const transport::BusStatistics& bus);
+  void show(const transport::BusStatistics& bus, TimePoint now);
 
  private:
+  void warn(TimePoint now, std::string_view kind, std::string text);
+
   std::optional<TimePoint> last_shown_;
   std::optional<TimePoint> last_warned_;
   double rate_ = 0;  // roll-outs per second, running mean
   std::int64_t shown_applied_ = 0;
   transport::BusStatistics shown_bus_;
+  LogLimiter limiter_;
 };
 
 }  // namespace treeroll

@@ -45,11 +45,14 @@ struct Contents {
   std::int64_t num_results = 0;
   std::int64_t num_failed = 0;
   std::vector<protocol::LearnerId> learners;  ///< one after the other
+  std::optional<LearningTime> time;           ///< the last noted
 };
 
 void count(const JournalRecord& record, Contents& contents) {
   if (const auto* start = std::get_if<JournalStart>(&record)) {
     contents.learners.push_back(start->learner_id);
+  } else if (const auto* time = std::get_if<LearningTime>(&record)) {
+    contents.time = *time;
   } else if (const auto* result = std::get_if<AcceptedResult>(&record)) {
     ++contents.num_results;
     if (result->status != RolloutStatus::kOk) ++contents.num_failed;
@@ -109,6 +112,7 @@ void say(const Places& places, const JournalTail& tail, const Contents& contents
              : tail.torn_bytes > 0 ? fmt::format(", then {} torn bytes", tail.torn_bytes)
                                    : ", not sealed: interrupted, or a learner is at work",
              contents.learners.size(), contents.num_results, contents.num_failed);
+  if (contents.time) fmt::print("learning   {:.1f} s\n", to_seconds(contents.time->elapsed));
 }
 
 /// A text file, say: nothing in it is a record.

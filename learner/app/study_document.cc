@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "common/base/settings_reader.h"
+#include "common/protocol/limits.h"
 #include "learner/app/setting_overlay.h"
 #include "learner/app/study_source.h"
 #include "learner/app/toml_source.h"
@@ -20,7 +21,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kConditionsMax = 1000;
+using protocol::kConditionsMax;
+
 constexpr std::size_t kNameBytesMax = 128;
 constexpr std::array<std::string_view, 4> kTables{"study", "task", "policy", "exploration"};
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -14,6 +16,7 @@
 
 #include "common/base/settings_reader.h"
 #include "common/policy/policy.h"
+#include "common/protocol/limits.h"
 #include "learner/app/demonstration_file.h"
 #include "learner/app/message_sizes.h"
 #include "learner/app/policy_file.h"
@@ -27,14 +30,15 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::int64_t kRunsMax = 100'000;
-constexpr std::int64_t kRolloutsMax = 100'000'000;
-/// What is kept of each until the end is 24 bytes.
-constexpr std::int64_t kRolloutsTotalMax = 100'000'000;
-/// Drawn and not answered, of all runs together.
-constexpr std::int64_t kInFlightTotalMax = 1'000'000;
-constexpr std::int64_t kInFlightMax = 100'000;
+using protocol::kInFlightMax;
+using protocol::kInFlightTotalMax;
+using protocol::kRolloutsMax;
+using protocol::kRolloutsTotalMax;
+using protocol::kRunsMax;
+
 constexpr std::size_t kStudyNameBytesMax = 64;
+/// Three years: far from where nanoseconds overflow.
+constexpr double kStopAfterMaxS = 1e8;
 
 constexpr const char* kResolvedComment =
     "# Every setting of the study, defaults included: this file can be run again.\n";
@@ -140,6 +144,9 @@ Budget read_study_table(const json& settings, Study& study, json& resolved) {
       reader.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 1));
   study.repetitions = static_cast<int>(reader.integer("repetitions", 1, kRunsMax, 1));
   study.in_sequence = reader.choice("order", {"sequence", "arrival"}, "sequence") == "sequence";
+  const auto stop_after_s =
+      reader.optional_number("stop_after_s", {.min = 1e-3, .max = kStopAfterMaxS});
+  if (stop_after_s) study.stop_after = std::chrono::nanoseconds(std::llround(*stop_after_s * 1e9));
   Budget budget;
   budget.num_rollouts = static_cast<int>(reader.integer("rollouts", 1, kRolloutsMax));
   budget.in_flight = static_cast<int>(reader.integer("in_flight", 1, kInFlightMax, 1));

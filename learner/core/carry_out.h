@@ -10,14 +10,15 @@ class EffectHandler {
   virtual ~EffectHandler() = default;
 
   virtual void append(const AcceptedResult& result) = 0;  ///< to the journal
+  virtual void append(const LearningTime& time) = 0;      ///< to the journal
   virtual void flush() = 0;  ///< what was appended has left this process, and outlives it
   virtual void send(const protocol::Message& message) = 0;
   virtual void log(const LogLine& line) = 0;
 };
 
 /// Carries effects out in the one order in which this process may end between any two: no message
-/// that follows from a result leaves before the result. What the handler throws passes through;
-/// the rest is not done then.
+/// that follows from a result, or from the time, leaves before it. What the handler throws passes
+/// through; the rest is not done then.
 void carry_out(const LearnerEffects& effects, EffectHandler& handler);
 
 }  // namespace treeroll

@@ -84,7 +84,7 @@ int window(const WorkerEntry& worker, double rollout_time_s) {
   }
   const int wanted = worker.num_evaluators * std::min(depth, kDepthMax);
   const int fits = std::max(worker.num_evaluators, worker.receive_buffer_bytes / 2 / kRequestBytes);
-  return std::min(wanted, fits);
+  return std::min({wanted, fits, protocol::kLeasesPerWorkerMax});
 }
 
 Duration lease_duration(const WorkerEntry& worker, double rollout_time_s) {

@@ -52,6 +52,8 @@ void LearnerCore::step(TimePoint now, const LearnerEvent& event, LearnerEffects&
           on_synced(now, effects);
         } else if constexpr (std::is_same_v<What, learner_event::Recovered>) {
           recover(*what.result, now, effects);
+        } else if constexpr (std::is_same_v<What, learner_event::TimeRecovered>) {
+          recover(what.time, now, effects);
         } else if constexpr (std::is_same_v<What, learner_event::StopRequested>) {
           on_stop(now, effects);
         } else {
@@ -65,6 +67,7 @@ void LearnerCore::step(TimePoint now, const LearnerEvent& event, LearnerEffects&
         }
       },
       event);
+  if (outcome_ != Outcome::kRunning) log_limiter_.tell_rest(now, effects.log);
 }
 
 void LearnerCore::on_started(TimePoint now, LearnerEffects& effects) {
@@ -79,15 +82,24 @@ TimePoint LearnerCore::next_deadline() const {
   if (const auto lease = ledger_.next_deadline()) next = std::min(next, *lease);
   if (const auto silence = workers_.next_silence()) next = std::min(next, *silence);
   if (stop_at_) next = std::min(next, *stop_at_);
+  if (const auto end = time_end()) next = std::min(next, *end);
   return next;
 }
 
 void LearnerCore::on_timer(TimePoint now, LearnerEffects& effects) {
+  if (!at_work_since_) {
+    at_work_since_ = now;
+    learnt_before_ = learnt_.elapsed;
+  }
+  if (const auto end = time_end(); end && (now >= *end || now >= next_status_)) {
+    read_clock(now, effects);
+  }
   for (const WorkerEntry& silent : workers_.remove_silent(now)) {
-    effects.log.push_back(
-        {LogLine::Level::kWarning,
+    log(now,
+        {LogLine::Level::kWarning, "workers that leave",
          fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back", describe(silent),
-                     to_seconds(WorkerTable::kSilence), silent.leases.size())});
+                     to_seconds(WorkerTable::kSilence), silent.leases.size())},
+        effects);
     for (const protocol::RolloutKey key : silent.leases) ledger_.take_back(key);
   }
   for (const auto& [key, worker] : ledger_.expire(now)) {
@@ -95,33 +107,52 @@ void LearnerCore::on_timer(TimePoint now, LearnerEffects& effects) {
   }
   if (now >= next_status_) {
     workers_.forget_refusals(now);
+    refuses_workers_ = refuses_workers_ && workers_.is_full();
     for (const ContentHash& task_id : task_ids_) {
       if (!facts_.contains(task_id)) publish_task(task_id, now, effects);
     }
     publish_status(now, effects);
+    log_limiter_.tell_due(now, effects.log);
     next_status_ = now + kStatusPeriod;
   }
   finish_if_stopped(now, effects);
   dispatch(now, effects);
 }
 
+/// The entry of a worker that has said something; null if there is room for no more workers.
+WorkerEntry* LearnerCore::hear(protocol::WorkerId id, TimePoint now, LearnerEffects& effects) {
+  WorkerEntry* worker = workers_.hear(id, now);
+  if (worker || refuses_workers_) return worker;
+  refuses_workers_ = true;
+  log(now,
+      {LogLine::Level::kWarning, "workers refused",
+       fmt::format("worker {:x} is refused, and so are others until one leaves: {} workers are the "
+                   "most that are served",
+                   id, protocol::kWorkersMax)},
+      effects);
+  return nullptr;
+}
+
 void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
                              LearnerEffects& effects) {
   if (batch.learner_id != settings_.learner_id) return;
-  WorkerEntry* worker = workers_.hear(batch.worker_id, now);
+  WorkerEntry* worker = hear(batch.worker_id, now, effects);
   if (!worker) return;
-  for (std::size_t i = 0; i < batch.results.size(); ++i) {
-    const std::int64_t index = batch.first_index + static_cast<std::int64_t>(i);
+  std::size_t num_read = 0;
+  // What is not read while the disk lags is not acknowledged, so its worker repeats it.
+  for (; num_read < batch.results.size() && !journal_is_behind(); ++num_read) {
+    const protocol::RolloutResult& result = batch.results[num_read];
+    const std::int64_t index = batch.first_index + static_cast<std::int64_t>(num_read);
     // A repetition is looked at only if it answers what is still open: no index, however wrong,
     // can keep an answer out.
-    if (index <= worker->settled && !answers_open_question(batch.results[i])) continue;
-    accept(*worker, batch.results[i], now, effects);
+    if (index <= worker->settled && !answers_open_question(result)) continue;
+    accept(*worker, result, now, effects);
     worker->settled = std::max(worker->settled, index);
   }
-  if (!batch.results.empty()) {
-    worker->answered = batch.first_index + static_cast<std::int64_t>(batch.results.size()) - 1;
+  if (num_read > 0) {
+    worker->answered = batch.first_index + static_cast<std::int64_t>(num_read) - 1;
     // It repeats what it need not: our word was lost, or an older batch came between.
-    if (!unsynced_) worker->acknowledged = worker->answered;
+    if (num_unsynced_ == 0) worker->acknowledged = worker->answered;
     worker->acknowledgement_due =
         worker->acknowledgement_due || worker->answered == worker->acknowledged;
   }
@@ -132,7 +163,7 @@ void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
 
 /// Only what will survive us may be forgotten by those who have it.
 void LearnerCore::on_synced(TimePoint now, LearnerEffects& effects) {
-  unsynced_ = false;
+  num_unsynced_ = 0;
   for (auto& [id, worker] : workers_.all()) {
     if (worker.answered == worker.acknowledged) continue;
     worker.acknowledged = worker.answered;
@@ -149,13 +180,14 @@ void LearnerCore::on_stop(TimePoint now, LearnerEffects& effects) {
 void LearnerCore::finish_if_stopped(TimePoint now, LearnerEffects& effects) {
   if (!stop_at_ || outcome_ != Outcome::kRunning) return;
   if (ledger_.num_leased() > 0 && now < *stop_at_) return;
+  read_clock(now, effects);
   publish_status(now, effects);
   outcome_ = Outcome::kStopped;
 }
 
 void LearnerCore::on_message(const protocol::WorkerStatus& status, TimePoint now,
                              LearnerEffects& effects) {
-  WorkerEntry* worker = workers_.hear(status.worker_id, now);
+  WorkerEntry* worker = hear(status.worker_id, now, effects);
   if (!worker) return;
   const bool is_new = worker->num_evaluators == 0;
   const bool starts_draining = status.draining && !worker->draining;
@@ -167,16 +199,20 @@ void LearnerCore::on_message(const protocol::WorkerStatus& status, TimePoint now
   worker->receive_buffer_bytes = status.receive_buffer_bytes;
   worker->draining = status.draining;
   if (is_new) {
-    effects.log.push_back(
-        {LogLine::Level::kInfo, fmt::format("{} has joined with {} evaluators", describe(*worker),
-                                            worker->num_evaluators)});
+    log(now,
+        {LogLine::Level::kInfo, "workers that join",
+         fmt::format("{} has joined with {} evaluators", describe(*worker),
+                     worker->num_evaluators)},
+        effects);
     for (const ContentHash& task_id : task_ids_) {
       if (!facts_.contains(task_id)) publish_task(task_id, now, effects);
     }
   }
   if (starts_draining) {
-    effects.log.push_back(
-        {LogLine::Level::kInfo, fmt::format("{} takes no more roll-outs", describe(*worker))});
+    log(now,
+        {LogLine::Level::kInfo, "workers that drain",
+         fmt::format("{} takes no more roll-outs", describe(*worker))},
+        effects);
   }
   const auto held = std::find_if(
       status.held.begin(), status.held.end(),
@@ -192,7 +228,7 @@ void LearnerCore::on_message(const protocol::WorkerStatus& status, TimePoint now
 void LearnerCore::on_message(const protocol::DefinitionRequest& request, TimePoint now,
                              LearnerEffects& effects) {
   if (request.learner_id != settings_.learner_id) return;
-  if (!workers_.hear(request.worker_id, now)) return;
+  if (!hear(request.worker_id, now, effects)) return;
   for (const ContentHash& id : request.task_ids) publish_task(id, now, effects);
   for (const ContentHash& id : request.policy_ids) publish_policy(id, now, effects);
 }
@@ -200,7 +236,7 @@ void LearnerCore::on_message(const protocol::DefinitionRequest& request, TimePoi
 void LearnerCore::on_message(const protocol::DefinitionReport& report, TimePoint now,
                              LearnerEffects& effects) {
   if (report.learner_id != settings_.learner_id) return;
-  WorkerEntry* worker = workers_.hear(report.worker_id, now);
+  WorkerEntry* worker = hear(report.worker_id, now, effects);
   if (!worker) return;
   const bool is_task = tasks_.find(report.definition_id) != nullptr;
   if (!is_task && !policies_.find(report.definition_id)) return;
@@ -219,11 +255,14 @@ void LearnerCore::on_message(const protocol::DefinitionReport& report, TimePoint
 void LearnerCore::refuse(WorkerEntry& worker, const ContentHash& definition,
                          const std::string& reason, TimePoint now, LearnerEffects& effects) {
   const bool is_new = !worker.refused.contains(definition);
-  worker.refused[definition] = {reason, now + kRefusalLasts};
+  if (is_new && worker.refuses_too_much()) return;
+  worker.refused[definition] = {reason.substr(0, protocol::kReasonBytesMax), now + kRefusalLasts};
   if (!is_new) return;
-  effects.log.push_back(
-      {LogLine::Level::kWarning, fmt::format("{} refuses the {}: {}", describe(worker),
-                                             tasks_.find(definition) ? "task" : "policy", reason)});
+  log(now,
+      {LogLine::Level::kWarning, "definitions refused",
+       fmt::format("{} refuses the {}: {}", describe(worker),
+                   tasks_.find(definition) ? "task" : "policy", worker.refused[definition].reason)},
+      effects);
   const std::set<protocol::RolloutKey> leases = worker.leases;
   for (const protocol::RolloutKey key : leases) {
     const Question& question = ledger_.find(key)->question;
@@ -252,7 +291,7 @@ void LearnerCore::learn_facts(const ContentHash& task_id, const TaskFacts& facts
 
 void LearnerCore::dispatch(TimePoint now, LearnerEffects& effects) {
   std::vector<Ledger::Assignment> chosen;
-  if (outcome_ == Outcome::kRunning && !stop_at_) {
+  if (outcome_ == Outcome::kRunning && !stop_at_ && !journal_is_behind()) {
     chosen = assign(ledger_, workers_, DispatchFacts{now, rollout_time_s_, &facts_});
   }
   std::vector<protocol::RolloutRequest> requests = ledger_.lease(now, chosen);
@@ -285,6 +324,8 @@ void LearnerCore::publish_policy(const ContentHash& id, TimePoint now, LearnerEf
 }
 
 int LearnerCore::numeric_class(const std::string& name) {
+  const bool is_full = numeric_classes_.size() >= protocol::kNumericClassesMax;
+  if (is_full && !numeric_classes_.contains(name)) return kUnknownClass;
   return numeric_classes_.emplace(name, static_cast<int>(numeric_classes_.size())).first->second;
 }
 

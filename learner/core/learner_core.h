@@ -8,10 +8,13 @@
 #include <variant>
 #include <vector>
 
+#include "common/base/log_limiter.h"
 #include "common/base/time.h"
+#include "common/protocol/limits.h"
 #include "common/protocol/messages.h"
 #include "learner/core/accepted_result.h"
 #include "learner/core/definition_book.h"
+#include "learner/core/learning_time.h"
 #include "learner/core/ledger.h"
 #include "learner/core/run.h"
 #include "learner/core/study.h"
@@ -34,23 +37,22 @@ struct Synced {};
 struct Recovered {
   const AcceptedResult* result;
 };
+/// The same of the time it had counted.
+struct TimeRecovered {
+  LearningTime time;
+};
 struct StopRequested {};  ///< no more roll-outs; the outcome follows once those under way are in
 }  // namespace learner_event
 using LearnerEvent =
     std::variant<learner_event::Started, learner_event::Received, learner_event::InboxDrained,
                  learner_event::Timer, learner_event::Synced, learner_event::Recovered,
-                 learner_event::StopRequested>;
+                 learner_event::TimeRecovered, learner_event::StopRequested>;
 
-/// One line worth a person's time.
-struct LogLine {
-  enum class Level { kInfo, kWarning, kError };
-  Level level = Level::kInfo;
-  std::string text;
-};
-
-/// What the learner wants done, in this order: to the journal, sent, logged.
+/// What the learner wants done, in this order: to the journal (results, then the time if it is to
+/// be noted), sent, logged.
 struct LearnerEffects {
   std::vector<AcceptedResult> accepted;
+  std::optional<LearningTime> time;
   std::vector<protocol::Message> send;
   std::vector<LogLine> log;
 };
@@ -60,6 +62,8 @@ struct LearnerSettings {
   std::size_t batch_bytes_max = 0;  ///< of one roll-out batch that holds more than one roll-out
   /// Descriptions known beforehand, by task content; the others are asked of the workers.
   std::map<std::string, TaskFacts> known_tasks;
+  /// Accepted results that may wait for Synced; past it nothing is accepted or given out.
+  std::int64_t unsynced_results_max = protocol::kUnsyncedResultsMax;
 };
 
 /// The learner as a pure state machine: many runs side by side over one pool of workers. No clock,
@@ -68,7 +72,7 @@ class LearnerCore {
  public:
   enum class Outcome {
     kRunning,
-    kDone,     ///< every run has its roll-outs and its final evaluation
+    kDone,     ///< every run has come to its end and has its final evaluation
     kStopped,  ///< on request: it can be resumed
     kFailed,   ///< the study cannot be learnt; failure() says why
   };
@@ -96,6 +100,8 @@ class LearnerCore {
   void on_timer(TimePoint now, LearnerEffects& effects);
   void on_synced(TimePoint now, LearnerEffects& effects);
   void on_stop(TimePoint now, LearnerEffects& effects);
+  WorkerEntry* hear(protocol::WorkerId id, TimePoint now, LearnerEffects& effects);
+  bool journal_is_behind() const { return num_unsynced_ >= settings_.unsynced_results_max; }
   void finish_if_stopped(TimePoint now, LearnerEffects& effects);
   void recover(const AcceptedResult& result, TimePoint now, LearnerEffects& effects);
   void on_message(const protocol::RewardBatch& batch, TimePoint now, LearnerEffects& effects);
@@ -104,14 +110,19 @@ class LearnerCore {
                   LearnerEffects& effects);
   void on_message(const protocol::DefinitionReport& report, TimePoint now, LearnerEffects& effects);
 
+  // learner_core_time.cc: how long it has been.
+  std::optional<TimePoint> time_end() const;
+  void read_clock(TimePoint now, LearnerEffects& effects);
+  void pass_time(const LearningTime& time, TimePoint now, LearnerEffects& effects);
+  void recover(const LearningTime& time, TimePoint now, LearnerEffects& effects);
   // learner_core_answers.cc: what answers do.
   void accept(WorkerEntry& worker, const protocol::RolloutResult& result, TimePoint now,
               LearnerEffects& effects);
   const TaskFacts* facts_of(int run) const;
   void compare_with_accepted(const WorkerEntry& worker, const protocol::RolloutResult& result,
-                             const TaskFacts& facts, LearnerEffects& effects);
+                             const TaskFacts& facts, TimePoint now, LearnerEffects& effects);
   void distrust(WorkerEntry& worker, const protocol::RolloutResult& result, const TaskFacts& facts,
-                LearnerEffects& effects);
+                TimePoint now, LearnerEffects& effects);
   void learn(const AcceptedResult& result, int numeric_class, TimePoint now,
              LearnerEffects& effects);
   void note_timing(WorkerEntry& worker, const protocol::RolloutResult& result,
@@ -129,11 +140,15 @@ class LearnerCore {
   void publish_task(const ContentHash& id, TimePoint now, LearnerEffects& effects);
   void publish_policy(const ContentHash& id, TimePoint now, LearnerEffects& effects);
   // progress.cc: what watchers are told.
+  void log(TimePoint now, LogLine line, LearnerEffects& effects);
   void publish_status(TimePoint now, LearnerEffects& effects);
   void publish_run(int run, LearnerEffects& effects);
   void learn_facts(const ContentHash& task_id, const TaskFacts& facts);
   void refuse(WorkerEntry& worker, const ContentHash& definition, const std::string& reason,
               TimePoint now, LearnerEffects& effects);
+  /// Of a result whose worker was another incarnation's, or of one class too many: it compares with
+  /// nothing.
+  static constexpr int kUnknownClass = -1;
   int numeric_class(const std::string& name);
   std::optional<std::string> refused_by_all(const ContentHash& definition) const;
   std::string why_waiting(TimePoint now) const;  // progress.cc
@@ -153,18 +168,24 @@ class LearnerCore {
   WorkerTable workers_;
   std::map<std::string, int> numeric_classes_;
 
-  std::int64_t last_batch_ = 0;  // sequence of the last message sent
-  double rollout_time_s_ = 0;    // running mean over all answers
-  bool unsynced_ = false;        // something accepted may not be on stable storage
+  std::int64_t last_batch_ = 0;    // sequence of the last message sent
+  double rollout_time_s_ = 0;      // running mean over all answers
+  std::int64_t num_unsynced_ = 0;  // accepted, and perhaps not on stable storage
+  bool refuses_workers_ = false;   // has said so, since there was room for one
   int num_done_ = 0;
   std::int64_t num_rollouts_ = 0;     // of all runs
   std::optional<TimePoint> stop_at_;  // stopping, no later than this
   TimePoint started_at_;
+  std::optional<TimePoint> at_work_since_;  // of this incarnation, its recovery behind it
+  LearningTime learnt_;                     // as the journal has it
+  Duration learnt_before_{};                // by earlier incarnations
+  bool time_is_up_ = false;                 // by the journal
   TimePoint next_status_;
   TimePoint last_progress_;     // a result was accepted
   std::set<int> changed_runs_;  // since their last status message
   int last_status_run_ = -1;
   std::map<int, double> announced_best_;
+  LogLimiter log_limiter_;
 };
 
 }  // namespace treeroll

@@ -11,8 +11,6 @@ namespace treeroll {
 namespace {
 
 constexpr double kTimingWeight = .1;
-/// Of a result whose worker was another incarnation's: it compares with nothing.
-constexpr int kUnknownClass = -1;
 
 }  // namespace
 
@@ -26,14 +24,14 @@ void LearnerCore::accept(WorkerEntry& worker, const protocol::RolloutResult& res
     return;
   }
   const Ledger::Entry* open = ledger_.find(key);
-  if (!open) return compare_with_accepted(worker, result, *facts, effects);
+  if (!open) return compare_with_accepted(worker, result, *facts, now, effects);
   if (open->question.content != result.content) {
     ++ledger_.counters.rejected;  // an answer to an older question
     return;
   }
   const bool ok = result.status == RolloutStatus::kOk;
   if (ok && !(result.reward >= facts->reward_min && result.reward <= facts->reward_max)) {
-    return distrust(worker, result, *facts, effects);
+    return distrust(worker, result, *facts, now, effects);
   }
 
   note_timing(worker, result, *open, now);
@@ -47,7 +45,7 @@ void LearnerCore::accept(WorkerEntry& worker, const protocol::RolloutResult& res
   const AcceptedResult accepted{key, result.content, ok ? result.reward : 0, result.status,
                                 worker.id};
   effects.accepted.push_back(accepted);
-  unsynced_ = true;
+  ++num_unsynced_;
   learn(accepted, numeric_class(worker.numeric_class), now, effects);
 }
 
@@ -73,33 +71,36 @@ const TaskFacts* LearnerCore::facts_of(int run) const {
 /// An answer to a roll-out that is not open: a duplicate, or to nothing that was asked.
 void LearnerCore::compare_with_accepted(const WorkerEntry& worker,
                                         const protocol::RolloutResult& result,
-                                        const TaskFacts& facts, LearnerEffects& effects) {
+                                        const TaskFacts& facts, TimePoint now,
+                                        LearnerEffects& effects) {
   const std::optional<Run::Answer> before = runs_[result.key.run].answer_of(result.key.number);
   if (!before) {
     ++ledger_.counters.rejected;
     return;
   }
   ++ledger_.counters.duplicate;
-  const bool comparable =
-      facts.deterministic && before->numeric_class == numeric_class(worker.numeric_class);
+  const bool comparable = facts.deterministic && before->numeric_class != kUnknownClass &&
+                          before->numeric_class == numeric_class(worker.numeric_class);
   if (!comparable || (before->reward == result.reward && before->status == result.status)) return;
   ++ledger_.counters.conflicting;
-  effects.log.push_back(
-      {LogLine::Level::kWarning,
+  log(now,
+      {LogLine::Level::kWarning, "suspicious results",
        fmt::format("{} gave reward {} where {} was accepted, run {} roll-out {}: one of two "
                    "workers of the same numeric class is broken",
                    describe(worker), result.reward, before->reward, result.key.run,
-                   result.key.number)});
+                   result.key.number)},
+      effects);
 }
 
 void LearnerCore::distrust(WorkerEntry& worker, const protocol::RolloutResult& result,
-                           const TaskFacts& facts, LearnerEffects& effects) {
+                           const TaskFacts& facts, TimePoint now, LearnerEffects& effects) {
   ++ledger_.counters.rejected;
   worker.distrusted = true;
-  effects.log.push_back(
-      {LogLine::Level::kError,
+  log(now,
+      {LogLine::Level::kError, "rewards out of range",
        fmt::format("{} gave reward {} outside the task's range {} to {}: it gets no more work",
-                   describe(worker), result.reward, facts.reward_min, facts.reward_max)});
+                   describe(worker), result.reward, facts.reward_min, facts.reward_max)},
+      effects);
   const std::set<protocol::RolloutKey> leases = worker.leases;
   for (const protocol::RolloutKey key : leases) take_back(worker, key);
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "learner/core/learner_core.h"
 
@@ -91,6 +92,11 @@ void LearnerCore::publish_status(TimePoint now, LearnerEffects& effects) {
   effects.send.emplace_back(std::move(status));
 }
 
+/// Lines of one kind may come by the thousand, from a flapping network or from hostile senders.
+void LearnerCore::log(TimePoint now, LogLine line, LearnerEffects& effects) {
+  log_limiter_.add(now, std::move(line), effects.log);
+}
+
 /// Why no usable worker takes this definition; nothing if one does.
 std::optional<std::string> LearnerCore::refused_by_all(const ContentHash& definition) const {
   std::optional<std::string> reason;
@@ -105,6 +111,9 @@ std::optional<std::string> LearnerCore::refused_by_all(const ContentHash& defini
 
 std::string LearnerCore::why_waiting(TimePoint now) const {
   if (now - last_progress_ < kPatience) return "";
+  if (journal_is_behind()) {
+    return fmt::format("the disk lags: {} results are not on stable storage yet", num_unsynced_);
+  }
   if (workers_.all().empty()) return "no workers: none is heard on this LCM URL";
 
   int usable = 0;
@@ -115,7 +124,8 @@ std::string LearnerCore::why_waiting(TimePoint now) const {
   }
   if (usable == 0) {
     return fmt::format(
-        "none of the {} workers takes roll-outs: they start, drain or are distrusted",
+        "none of the {} workers takes roll-outs: they start, drain, are distrusted or refuse too "
+        "much",
         workers_.all().size());
   }
   for (std::size_t c = 0; c < task_ids_.size(); ++c) {

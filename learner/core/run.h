@@ -28,7 +28,12 @@ class Run {
     int layer = 0;
     Eigen::VectorXd theta;
   };
-  /// What may be asked for now and has not been; after construction and after each accept().
+  /// Draws no more: its time is up. What has been asked for is still accepted, then the mean policy
+  /// as it is now is evaluated. Nothing happens to a run that has ended by itself.
+  void stop() { exploration_.stop(); }
+
+  /// What may be asked for now and has not been; after construction, each
+  /// accept() and stop().
   std::vector<Wanted> take_wanted();
 
   /// A result for a roll-out that was asked for and has none yet. In sequence it is held until

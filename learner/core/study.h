@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "common/base/time.h"
 #include "common/policy/theta_layout.h"
 #include "common/policy/tree_model.h"
 #include "learner/explore/exploration.h"
@@ -26,6 +28,8 @@ struct Study {
   std::uint64_t seed = 0;
   int repetitions = 1;
   bool in_sequence = true;  ///< results are applied by number, not as they arrive
+  /// Time of learning after which no run draws any more; of all runs, since they share the workers.
+  std::optional<Duration> stop_after;
   std::vector<Condition> conditions;
 
   int num_runs() const { return static_cast<int>(conditions.size()) * repetitions; }

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 namespace treeroll {
 namespace {
 
@@ -25,7 +28,7 @@ std::string describe(const WorkerEntry& worker) {
 WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
   auto found = workers_.find(id);
   if (found == workers_.end()) {
-    if (workers_.size() >= kWorkersMax) return nullptr;
+    if (is_full()) return nullptr;
     WorkerEntry entry;
     entry.id = id;
     entry.first_heard = now;
@@ -58,11 +61,22 @@ std::vector<WorkerEntry> WorkerTable::remove_silent(TimePoint now) {
       continue;
     }
     silent.push_back(worker->second);
-    if (left_.size() >= kWorkersMax) left_.erase(left_.begin());
+    make_room_among_those_that_left();
     worker->second.leases.clear();
+    worker->second.refused.clear();
     left_.insert(workers_.extract(worker++));
   }
   return silent;
+}
+
+/// Who has done least goes first, then who has been away longest: so thousands of made-up workers
+/// do not push out the record of one that has worked.
+void WorkerTable::make_room_among_those_that_left() {
+  if (left_.size() < protocol::kWorkersMax) return;
+  left_.erase(std::min_element(left_.begin(), left_.end(), [](const auto& a, const auto& b) {
+    return std::pair(a.second.num_accepted, a.second.last_heard) <
+           std::pair(b.second.num_accepted, b.second.last_heard);
+  }));
 }
 
 void WorkerTable::forget_refusals(TimePoint now) {

@@ -9,6 +9,7 @@
 
 #include "common/base/content_hash.h"
 #include "common/base/time.h"
+#include "common/protocol/limits.h"
 #include "common/protocol/messages.h"
 #include "learner/core/run_record.h"
 
@@ -41,7 +42,11 @@ struct WorkerEntry {
   bool acknowledgement_due = false;
   std::int64_t num_accepted = 0;
 
-  bool usable() const { return num_evaluators > 0 && !draining && !distrusted; }
+  /// One that refuses so much is asked for nothing until it has been forgotten what it refused.
+  bool refuses_too_much() const { return refused.size() >= protocol::kRefusalsPerWorkerMax; }
+  bool usable() const {
+    return num_evaluators > 0 && !draining && !distrusted && !refuses_too_much();
+  }
 };
 
 /// Its name for a person: id, host and process.
@@ -50,11 +55,11 @@ std::string describe(const WorkerEntry& worker);
 /// Every worker heard of lately, by id.
 class WorkerTable {
  public:
-  static constexpr int kWorkersMax = 4096;
   /// A worker that has been silent so long has left.
   static constexpr Duration kSilence = std::chrono::seconds(3);
 
-  /// The entry of a worker that was heard just now; made if new. Null when the table is full.
+  /// The entry of a worker that was heard just now; made if new. Null when kWorkersMax are there:
+  /// it is refused until one of them leaves.
   WorkerEntry* hear(protocol::WorkerId id, TimePoint now);
   WorkerEntry* find(protocol::WorkerId id);
 
@@ -66,14 +71,17 @@ class WorkerTable {
 
   std::map<protocol::WorkerId, WorkerEntry>& all() { return workers_; }
   const std::map<protocol::WorkerId, WorkerEntry>& all() const { return workers_; }
+  bool is_full() const { return workers_.size() >= protocol::kWorkersMax; }
   int num_evaluators() const;
 
   /// Workers that have left and those present, for the summary.
   std::vector<WorkerRecord> records(TimePoint start) const;
 
  private:
+  void make_room_among_those_that_left();
+
   std::map<protocol::WorkerId, WorkerEntry> workers_;
-  std::map<protocol::WorkerId, WorkerEntry> left_;  // bounded: the oldest ids make room
+  std::map<protocol::WorkerId, WorkerEntry> left_;
 };
 
 }  // namespace treeroll

@@ -46,11 +46,15 @@ class Exploration {
   /// @param reward  finite and not negative; a failed roll-out counts as reward 0 whatever it is
   void tell(int rollout, double reward, RolloutStatus status);
 
+  /// An early stop, now, whatever the rewards: the study's time is up. For a run to be a function
+  /// of what it was told, this is to be repeated at the same place between two tells.
+  void stop() { stopped_ = true; }
+
   /// All that was drawn has been told, and no more is drawn: the N of the budget, or fewer after a
-  /// stop at a target reward or on convergence.
+  /// stop at a target reward, on convergence or by stop().
   bool done() const;
-  /// The study's rule for an early stop has been met: results that are still out are told and may
-  /// be the best, but nothing is learnt from them or drawn.
+  /// The study's rule for an early stop has been met, or stop() was called: results that are still
+  /// out are told and may be the best, but nothing is learnt from them or drawn.
   bool stopped_early() const { return stopped_; }
   int num_told() const { return num_told_; }
   int layer() const { return policies_.back().layer; }  ///< being explored

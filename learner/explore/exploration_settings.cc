@@ -65,10 +65,7 @@ class Reader {
     settings_.convergence_slope =
         source_.number("convergence_slope", kAnyNumber, settings_.convergence_slope);
     settings_.stop_on_convergence = source_.boolean("stop_on_convergence", false);
-    // There is no number that stands for none: the key is absent, or a target.
-    if (source_.has("stop_at_reward")) {
-      settings_.stop_at_reward = source_.number("stop_at_reward", kPositive);
-    }
+    settings_.stop_at_reward = source_.optional_number("stop_at_reward", kPositive);
   }
 
   void read_noise(std::size_t component_dim) {

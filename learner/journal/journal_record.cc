@@ -14,7 +14,7 @@ constexpr std::size_t kHeaderBytes = 28;
 constexpr std::size_t kCheckBytes = 8;
 constexpr std::string_view kChannel = kJournalChannel;
 
-enum Kind : std::uint8_t { kStart = 1, kResult = 2, kSeal = 3 };
+enum Kind : std::uint8_t { kStart = 1, kResult = 2, kSeal = 3, kTime = 4 };
 
 template <class Integer>
 void put(std::string& bytes, Integer value) {
@@ -67,6 +67,9 @@ std::string payload_of(const JournalRecord& record) {
     put(bytes, std::bit_cast<std::uint64_t>(result->reward));
     put(bytes, static_cast<std::uint8_t>(result->status));
     put(bytes, result->worker_id);
+  } else if (const auto* time = std::get_if<LearningTime>(&record)) {
+    put(bytes, static_cast<std::uint8_t>(kTime));
+    put(bytes, std::int64_t{time->elapsed.count()});
   } else {
     put(bytes, static_cast<std::uint8_t>(kSeal));
   }
@@ -96,6 +99,9 @@ Result<JournalRecord> record_of(std::string_view payload) {
     result.status = static_cast<RolloutStatus>(status);
     return JournalRecord(result);
   }
+  if (kind == kTime && cursor.left() == 8) {
+    return JournalRecord(LearningTime{Duration(cursor.take<std::int64_t>())});
+  }
   if (kind == kSeal && cursor.left() == 0) return JournalRecord(JournalSeal{});
   return Error{fmt::format("a record of kind {} cannot have {} bytes", kind, payload.size())};
 }
@@ -117,6 +123,10 @@ std::string frame(const JournalRecord& record, std::int64_t number, std::int64_t
   check = check_of(bytes);
   put(bytes, check);
   return bytes;
+}
+
+std::size_t framed_size(const JournalRecord& record) {
+  return kHeaderBytes + kChannel.size() + payload_of(record).size() + 2 * kCheckBytes;
 }
 
 Result<FramedRecord> unframe(std::string_view bytes) {

@@ -7,6 +7,7 @@
 #include "common/base/content_hash.h"
 #include "common/base/result.h"
 #include "learner/core/accepted_result.h"
+#include "learner/core/learning_time.h"
 
 namespace treeroll {
 
@@ -28,7 +29,7 @@ struct JournalSeal {
   bool operator==(const JournalSeal&) const = default;
 };
 
-using JournalRecord = std::variant<JournalStart, AcceptedResult, JournalSeal>;
+using JournalRecord = std::variant<JournalStart, AcceptedResult, LearningTime, JournalSeal>;
 
 /// A record as an event of LCM's log format, on channel kJournalChannel:
 ///
@@ -39,9 +40,10 @@ using JournalRecord = std::variant<JournalStart, AcceptedResult, JournalSeal>;
 ///       20     4  length of the channel, 16
 ///       24     4  length of the data
 ///       28    16  "TREEROLL_JOURNAL"
-///       44     1  kind: 1 start, 2 result, 3 seal
+///       44     1  kind: 1 start, 2 result, 3 seal, 4 time
 ///       45        start:  version 4, study 16, learner 8
 ///                 result: run 4, number 4, content 8, reward 8 (IEEE 754), status 1, worker 8
+///                 time:   elapsed 8, ns of learning up to here
 ///      -16     8  check of the record before it, 0 for the first
 ///       -8     8  check of this record: the first 8 bytes of the BLAKE2b hash (128 bits) of all of
 ///                 it up to here, so that each verifies alone and the order is fixed
@@ -59,6 +61,9 @@ struct FramedRecord {
 /// @return the bytes; `check` receives the record's check, for the next one
 std::string frame(const JournalRecord& record, std::int64_t number, std::int64_t wall_time_us,
                   std::uint64_t check_before, std::uint64_t& check);
+
+/// Bytes of its event.
+std::size_t framed_size(const JournalRecord& record);
 
 /// Reads the event at the start of `bytes`, which may hold more or less than one. An error says
 /// what is wrong with it; nothing of it may be used then.

@@ -5,6 +5,7 @@
 #include <csignal>
 #include <thread>
 
+#include "learner/journal/journal_file.h"
 #include "learner/report/csv.h"
 #include "tests/end_to_end/service.h"
 #include "tests/thesis/run_study.h"
@@ -236,6 +237,81 @@ TEST(LearningTest, AStoppedLearnerSaysSoAndGoesOnWhereItWas) {
       service.study(kTenThousand), {"--local-workers", "2", "--set", "study.rollouts=300"});
   EXPECT_EQ(whole.rollouts_csv, reference.rollouts_csv);
   EXPECT_EQ(whole.runs_csv, reference.runs_csv);
+}
+
+std::filesystem::path journal_of(const Service& service) {
+  return service.directory() / "state" / "journal.lcmlog";
+}
+
+/// Lines of treeroll-replay --verify; the journal must verify.
+std::string verified(const Service& service) {
+  Daemon replay("treeroll-replay", {(service.directory() / "state").string(), "--verify"},
+                service.directory());
+  EXPECT_EQ(replay.wait(seconds(60)), 0) << replay.standard_error();
+  return replay.standard_output();
+}
+
+TEST(LearningTest, AStudyThatIsLearntForATimeEndsWithWhatItHasThen) {
+  const Service service;
+  std::vector<std::string> arguments = start_arguments(service);
+  arguments.back() = "study.rollouts=100000";
+  arguments.insert(arguments.end(), {"--set", "study.stop_after_s=2"});
+  Daemon learner("treeroll-learner", arguments, service.directory());
+  const Service::Learnt learnt = service.learnt(learner, "state", seconds(60));
+  ASSERT_EQ(learnt.status, 0) << learnt.log;
+  EXPECT_THAT(learnt.log, HasSubstr("the study's time of 2 s is up"));
+  const auto applied = learnt.summary["ledger"]["applied"].get<std::int64_t>();
+  EXPECT_GT(applied, 100);
+  EXPECT_LT(applied, 1'000'000);
+  EXPECT_EQ(learnt.summary["ledger"]["pending"], 0);
+  EXPECT_EQ(std::count(learnt.rollouts_csv.begin(), learnt.rollouts_csv.end(), '\n'), applied + 1);
+  EXPECT_EQ(std::count(learnt.runs_csv.begin(), learnt.runs_csv.end(), '\n'), 1 + 10);
+  int num_evaluations = 0;
+  EXPECT_TRUE(read_journal(journal_of(service), [&](const JournalRecord& record) {
+    const auto* result = std::get_if<AcceptedResult>(&record);
+    num_evaluations += result && result->key.number < 0 ? 1 : 0;
+  }));
+  EXPECT_EQ(num_evaluations, 10) << "of each run's policy";
+  const std::string said = verified(service);
+  EXPECT_THAT(said, HasSubstr("files agree"));
+  EXPECT_THAT(said, HasSubstr("learning   2.0 s"));
+}
+
+TEST(LearningTest, TimeBeforeASigkillCounts) {
+  const Service service;
+  std::vector<std::string> arguments = start_arguments(service);
+  arguments.back() = "study.rollouts=100000";
+  arguments.insert(arguments.end(), {"--set", "study.stop_after_s=5"});
+  Daemon first("treeroll-learner", arguments, service.directory());
+  const std::filesystem::path journal = journal_of(service);
+  const auto counted = [&] {
+    Duration elapsed{};
+    if (!std::filesystem::exists(journal)) return elapsed;
+    const auto tail = read_journal(journal, [&](const JournalRecord& record) {
+      if (const auto* time = std::get_if<LearningTime>(&record)) elapsed = time->elapsed;
+    });
+    EXPECT_TRUE(tail);
+    return elapsed;
+  };
+  ASSERT_TRUE(eventually(seconds(30), [&] { return counted() >= seconds(2); }));
+  first.kill(SIGKILL);
+  first.wait(seconds(10));
+  const Duration before = counted();
+  ASSERT_LT(before, seconds(5));
+
+  Daemon resumed("treeroll-learner", resume_arguments(service), service.directory());
+  const Service::Learnt learnt = service.learnt(resumed, "state", seconds(100));
+  ASSERT_EQ(learnt.status, 0) << learnt.log;
+  Duration first_of_resumed{};
+  int num_starts = 0;
+  EXPECT_TRUE(read_journal(journal, [&](const JournalRecord& record) {
+    if (std::holds_alternative<JournalStart>(record)) ++num_starts;
+    const auto* time = std::get_if<LearningTime>(&record);
+    if (time && num_starts == 2 && first_of_resumed == Duration{}) first_of_resumed = time->elapsed;
+  }));
+  EXPECT_GT(first_of_resumed, before) << "it went on from what had been counted";
+  EXPECT_GE(counted(), seconds(5));
+  EXPECT_THAT(verified(service), HasSubstr("files agree"));
 }
 
 TEST(LearningTest, ALearnerThatIsKilledAgainAndAgainEndsWithTheSameFiles) {

@@ -90,6 +90,13 @@ void forge(const fs::path& directory, const std::vector<JournalRecord>& records)
   writer.sync();
 }
 
+/// What an error says of where a record is.
+std::string at(const std::vector<JournalRecord>& records, std::size_t number) {
+  std::size_t offset = 0;
+  for (std::size_t i = 0; i < number; ++i) offset += framed_size(records[i]);
+  return "record " + std::to_string(number) + " at byte " + std::to_string(offset) + ": ";
+}
+
 TEST_F(ReplayTest, VerifiesAJournalOfEitherOrderAndItsFiles) {
   for (const std::string order : {"sequence", "arrival"}) {
     const Said said = verify(learn(order, order));
@@ -133,19 +140,25 @@ TEST_F(ReplayTest, AForgedJournalIsFoundOut) {
   EXPECT_THAT(error_of([](auto& records) { std::get<AcceptedResult>(records[3]).reward *= .5; }),
               HasSubstr("differ"));
   EXPECT_THAT(error_of([](auto& records) { records.insert(records.begin() + 4, records[3]); }),
-              HasSubstr("record 4: the journal answers run"));
+              HasSubstr(at(good, 4) + "the journal answers run"));
   EXPECT_THAT(error_of([](auto& records) { records.erase(records.begin() + 3); }),
               HasSubstr("the journal answers run"));
   EXPECT_THAT(error_of([](auto& records) { std::get<AcceptedResult>(records[5]).content ^= 1; }),
-              HasSubstr("record 5: the journal answers run"));
+              HasSubstr(at(good, 5) + "the journal answers run"));
   EXPECT_THAT(error_of([](auto& records) { std::get<AcceptedResult>(records[5]).key.run = 9999; }),
-              HasSubstr("record 5: the journal answers run 9999"));
+              HasSubstr(at(good, 5) + "the journal answers run 9999"));
   EXPECT_THAT(error_of([](auto& records) { std::get<JournalStart>(records[0]).study_id = {}; }),
               HasSubstr("another study"));
   EXPECT_THAT(
       error_of([](auto& records) { ++std::get<JournalStart>(records[0]).algorithm_version; }),
       HasSubstr("version 2 of the algorithm, this is version 1"));
   EXPECT_THAT(error_of([](auto& records) { records.resize(100); }), HasSubstr("differs from what"));
+  EXPECT_THAT(error_of([](auto& records) {
+                records.insert(records.begin() + 9, LearningTime{seconds(1)});
+              }),
+              HasSubstr(at(good, 9) + "the journal counts the time of a study that has no"));
+  EXPECT_THAT(error_of([](auto& records) { records.insert(records.end() - 1, records[7]); }),
+              HasSubstr("the journal goes on although every run has ended"));
 }
 
 TEST_F(ReplayTest, ChangedAndMissingResultFilesAreNamed) {

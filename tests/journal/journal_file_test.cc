@@ -21,17 +21,20 @@ class JournalFileTest : public ::testing::Test {
   }
   ~JournalFileTest() override { fs::remove_all(directory_); }
 
+  static constexpr LearningTime kTime{std::chrono::milliseconds(1234)};
+
   static AcceptedResult result(int number) {
     return {{1, number}, 1000 + number, number / 8., RolloutStatus::kOk, 77};
   }
 
-  /// A start, results 0 .. n-1, and a seal if wanted; its bytes.
+  /// A start, results 0 .. n-1, a time, and a seal if wanted; its bytes.
   std::string write(int num_results, bool sealed) {
     {
       JournalWriter writer(path());
       writer.continue_after({});
       writer.append(JournalStart{}, 5);
       for (int number = 0; number < num_results; ++number) writer.append(result(number), 6);
+      writer.append(kTime, 7);
       if (sealed) writer.append(JournalSeal{}, 7);
       writer.sync();
     }
@@ -61,10 +64,19 @@ TEST_F(JournalFileTest, GivesBackWhatWasWritten) {
   ASSERT_TRUE(tail);
   EXPECT_TRUE(tail->sealed);
   EXPECT_EQ(tail->torn_bytes, 0U);
-  ASSERT_EQ(records_.size(), 5U);
+  ASSERT_EQ(records_.size(), 6U);
+  EXPECT_EQ(records_[4], JournalRecord(kTime));
   EXPECT_EQ(records_[0], JournalRecord(JournalStart{}));
   for (int number = 0; number < 3; ++number) {
     EXPECT_EQ(records_[number + 1], JournalRecord(result(number)));
+  }
+}
+
+TEST_F(JournalFileTest, TheSizeOfARecordIsThatOfItsEvent) {
+  std::uint64_t check = 0;
+  for (const JournalRecord& record : {JournalRecord(JournalStart{}), JournalRecord(result(1)),
+                                      JournalRecord(kTime), JournalRecord(JournalSeal{})}) {
+    EXPECT_EQ(framed_size(record), frame(record, 0, 0, 0, check).size());
   }
 }
 

@@ -42,10 +42,13 @@ TEST(WorkedExampleTest, IsWhatTheCodeWrites) {
                                                   .status = RolloutStatus::kOk,
                                                   .worker_id = 4660},
                                    1, 2'000'000, check, check);
-  const std::string seal = frame(JournalSeal{}, 2, 3'000'000, check, check);
+  const std::string time =
+      frame(LearningTime{.elapsed = std::chrono::seconds(1)}, 2, 2'500'000, check, check);
+  const std::string seal = frame(JournalSeal{}, 3, 3'000'000, check, check);
   const std::string example = lines_of(start, {4, 8, 8, 4, 4, 16, 1, 4, 16, 8, 8, 8}) + "\n" +
                               lines_of(result, {4, 8, 8, 4, 4, 16, 1, 4, 4, 8, 8, 1, 8, 8, 8}) +
-                              "\n" + lines_of(seal, {4, 8, 8, 4, 4, 16, 1, 8, 8});
+                              "\n" + lines_of(time, {4, 8, 8, 4, 4, 16, 1, 8, 8, 8}) + "\n" +
+                              lines_of(seal, {4, 8, 8, 4, 4, 16, 1, 8, 8});
   std::ifstream file(TREEROLL_SOURCE_DIR "/learner/journal/README.md");
   std::string bytes_only;  // without what the lines say of them
   for (std::string line; std::getline(file, line);) {

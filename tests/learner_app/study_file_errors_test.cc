@@ -32,7 +32,7 @@ struct BadStudy {
 const BadStudy kBadStudies[] = {
     {with("name = \"small\"", "name = \"small\"\nrolouts = 5"),
      "FILE:3: study.rolouts = 5: unknown key; known here: in_flight, name, order, repetitions, "
-     "rollouts, seed (condition tree)"},
+     "rollouts, seed, stop_after_s (condition tree)"},
     {with("name = \"small\"", "name = 5"),
      "FILE:2: study.name = 5: must be a string (condition tree)"},
     {with("name = \"small\"", ""), "FILE:1: study.name: is required and missing (condition tree)"},
@@ -57,6 +57,17 @@ const BadStudy kBadStudies[] = {
     {with("rollouts = 30", "rollouts = 100000000\nrepetitions = 11"),
      "FILE:3: study.rollouts = 100000000: the roll-outs of all runs must be at most 100000000 "
      "together (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\nin_flight = 100001"),
+     "FILE:4: study.in_flight = 100001: must be an integer from 1 to 100000 (condition tree)"},
+    {with("rollouts = 30", "rollouts = 90000\nrepetitions = 12\nin_flight = 90000"),
+     "FILE:5: study.in_flight = 90000: the roll-outs in flight of all runs must be at most 1000000 "
+     "together (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\nstop_after_s = 0"),
+     "FILE:4: study.stop_after_s = 0: must be a finite number of at least 0.001 and at most "
+     "100000000 (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\nstop_after_s = \"1 h\""),
+     "FILE:4: study.stop_after_s = \"1 h\": must be a finite number of at least 0.001 and at most "
+     "100000000 (condition tree)"},
     {with("rollouts = 30", "rollouts = 30\nrepetitions = 60000") + "[[conditions]]\nname = \"b\"\n",
      "FILE:4: study.repetitions = 60000: 2 conditions times 60000 repetitions: must be at most "
      "100000 runs (condition tree)"},

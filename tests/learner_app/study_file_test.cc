@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +41,13 @@ TEST(StudyFileTest, AStudyIsReadWithItsDefaults) {
   EXPECT_EQ(condition.exploration.num_rollouts, 30);
   EXPECT_EQ(condition.exploration.in_flight, 1);
   EXPECT_EQ(condition.exploration.noise_variance, (std::vector<double>{.01, .3, .02}));
+}
+
+TEST(StudyFileTest, AStudyMayBeLearntForATimeAndItsResolvedFormSaysSo) {
+  EXPECT_EQ(load(kSmallStudy).study.stop_after, std::nullopt);
+  const LoadedStudy timed = load(kSmallStudy, {"study.stop_after_s=1.5"});
+  EXPECT_EQ(timed.study.stop_after, std::chrono::milliseconds(1500));
+  EXPECT_EQ(load(timed.resolved_toml).study.stop_after, std::chrono::milliseconds(1500));
 }
 
 TEST(StudyFileTest, FilesOfADemonstrationStandBesideTheStudy) {

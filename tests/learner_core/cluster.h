@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -67,8 +68,14 @@ class Cluster {
   }
 
   void start() { step(learner_event::Started{}); }
-  void recover(const std::vector<AcceptedResult>& results) {
-    for (const AcceptedResult& result : results) step(learner_event::Recovered{&result});
+  /// @param times  by how many results stand before
+  void recover(const std::vector<AcceptedResult>& results,
+               const std::map<std::size_t, LearningTime>& times = {}) {
+    for (std::size_t place = 0; place <= results.size(); ++place) {
+      const auto time = times.find(place);
+      if (time != times.end()) step(learner_event::TimeRecovered{time->second});
+      if (place < results.size()) step(learner_event::Recovered{&results[place]});
+    }
   }
   void stop() { step(learner_event::StopRequested{}); }
 
@@ -79,8 +86,10 @@ class Cluster {
     while (core->outcome() == LearnerCore::Outcome::kRunning && advance(end)) each();
   }
 
+  /// More is on its way: the learner does not answer yet.
+  void hear(const protocol::Message& message) { step(learner_event::Received{&message}); }
   void give(const protocol::Message& message) {
-    step(learner_event::Received{&message});
+    hear(message);
     step(learner_event::InboxDrained{});
   }
 
@@ -91,6 +100,7 @@ class Cluster {
   std::vector<LogLine> log;
   std::vector<protocol::Message> sent;  ///< by the learner
   std::vector<AcceptedResult> journal;
+  std::map<std::size_t, LearningTime> times;  ///< by how many results the journal held by then
 
  private:
   /// To the next event: the learner's deadline, a heartbeat or the end of an evaluation. False,
@@ -136,6 +146,7 @@ class Cluster {
   void step(const LearnerEvent& event) {
     LearnerEffects effects;
     core->step(now, event, effects);
+    if (effects.time) times[journal.size() + effects.accepted.size()] = *effects.time;
     if (!effects.accepted.empty()) {
       journal.insert(journal.end(), effects.accepted.begin(), effects.accepted.end());
       core->step(now, learner_event::Synced{}, effects);

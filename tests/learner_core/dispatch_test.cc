@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
+#include "common/protocol/limits.h"
 #include "learner/core/batching.h"
 
 namespace treeroll {
@@ -93,6 +96,17 @@ TEST(DispatchTest, TheWindowGrowsForShortRolloutsAndFitsTheReceiveBuffer) {
   EXPECT_EQ(window(worker, 50e-6), 128);
   worker.receive_buffer_bytes = 20 * 1024;
   EXPECT_EQ(window(worker, 50e-6), 10);
+}
+
+TEST(DispatchTest, AWorkerIsGivenNoMoreThanItCanNameInOneMessage) {
+  WorkerTable workers;
+  WorkerEntry& worker = add_worker(workers, 1, protocol::kEvaluatorsPerWorkerMax);
+  worker.receive_buffer_bytes = std::numeric_limits<int>::max();
+  worker.free_slots = std::numeric_limits<int>::max();  // whatever it says
+  EXPECT_EQ(window(worker, 50e-6), protocol::kLeasesPerWorkerMax);
+  Ledger ledger = with_draws(protocol::kLeasesPerWorkerMax + 100);
+  EXPECT_EQ(assign(ledger, workers, {at(0), 50e-6, &kTasks}).size(),
+            static_cast<std::size_t>(protocol::kLeasesPerWorkerMax));
 }
 
 TEST(DispatchTest, ALeaseLastsFourTimesWhatAnAnswerTakes) {

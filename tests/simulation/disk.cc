@@ -7,11 +7,9 @@
 
 namespace treeroll::simulation {
 
-std::string Disk::open(const std::function<void(const AcceptedResult&)>& on_result) {
+std::string Disk::open(const std::function<void(const JournalRecord&)>& on_record) {
   std::istringstream file(bytes_);
-  const Result<JournalTail> tail = read_journal(file, "journal", [&](const JournalRecord& record) {
-    if (const auto* result = std::get_if<AcceptedResult>(&record)) on_result(*result);
-  });
+  const Result<JournalTail> tail = read_journal(file, "journal", on_record);
   if (!tail) return tail.error().message;
   bytes_.resize(tail->intact_bytes);
   num_synced_ = std::min(num_synced_, bytes_.size());
@@ -50,15 +48,14 @@ Disk::Loss Disk::crash(Dice& dice) {
   return Loss::kZeros;
 }
 
-std::optional<std::vector<AcceptedResult>> Disk::results() const {
+std::optional<std::vector<JournalRecord>> Disk::records() const {
   const WithoutFault without_fault;
-  std::vector<AcceptedResult> results;
+  std::vector<JournalRecord> records;
   std::istringstream file(bytes_);
-  const auto tail = read_journal(file, "journal", [&results](const JournalRecord& record) {
-    if (const auto* result = std::get_if<AcceptedResult>(&record)) results.push_back(*result);
-  });
+  const auto tail = read_journal(
+      file, "journal", [&records](const JournalRecord& record) { records.push_back(record); });
   if (!tail || tail->torn_bytes > 0 || !tail->sealed) return std::nullopt;
-  return results;
+  return records;
 }
 
 }  // namespace treeroll::simulation

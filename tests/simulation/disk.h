@@ -18,7 +18,7 @@ class Disk {
  public:
   /// What read_journal() does with the file, and JournalWriter::continue_after(). The error's
   /// message, or nothing.
-  std::string open(const std::function<void(const AcceptedResult&)>& on_result);
+  std::string open(const std::function<void(const JournalRecord&)>& on_record);
   void append(const JournalRecord& record);
   void flush();  ///< write(2)
   void sync();   ///< fdatasync(2)
@@ -29,8 +29,8 @@ class Disk {
   enum class Loss { kNothing, kTorn, kZeros };
   Loss crash(Dice& dice);
 
-  /// All results, or nothing if the journal does not end with a seal.
-  std::optional<std::vector<AcceptedResult>> results() const;
+  /// All records, or nothing if the journal does not end with a seal.
+  std::optional<std::vector<JournalRecord>> records() const;
 
  private:
   std::string bytes_;

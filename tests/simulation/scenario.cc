@@ -13,7 +13,13 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-enum Purpose : std::uint32_t { kStudyDice = 1, kFaultDice = 2, kNeighbourDice = 5 };
+enum Purpose : std::uint32_t {
+  kStudyDice = 1,
+  kFaultDice = 2,
+  kNeighbourDice = 5,
+  kTimeDice = 6,
+  kLimitDice = 7
+};
 
 /// A tree of two or three layers, most of them left as soon as they may be.
 Condition quick_condition(Dice& dice, int index) {
@@ -155,6 +161,12 @@ Scenario scenario_of(std::uint64_t seed) {
   }
   if (dice.chance(.2)) scenario.load_time = milliseconds(dice.between(2, 100));
   draw_incidents(dice, scenario, length);
+  Dice limit(seed, kLimitDice);
+  if (limit.chance(.25)) scenario.unsynced_results_max = limit.between(1, 4);
+  Dice time(seed, kTimeDice);
+  if (time.chance(.25)) {
+    for (Study& study : scenario.studies) study.stop_after = time.between(Duration{1}, length);
+  }
   scenario.faults_end = TimePoint(3 * length);
   for (const Incident& incident : scenario.incidents) {
     scenario.faults_end = std::max(scenario.faults_end, incident.time + incident.length);

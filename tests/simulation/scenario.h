@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/base/time.h"
+#include "common/protocol/limits.h"
 #include "learner/core/study.h"
 #include "tests/simulation/virtual_task.h"
 
@@ -60,15 +61,17 @@ struct Scenario {
   std::vector<WorkerPlan> workers;
   std::vector<Incident> incidents;
   Duration reading_delay{};  ///< from a message's arrival to the process that reads it
-  Duration sync_delay{};     ///< from the journal's write to its fdatasync
-  Duration load_time{};      ///< of a definition into an evaluator
+  std::int64_t unsynced_results_max = protocol::kUnsyncedResultsMax;
+  Duration sync_delay{};  ///< from the journal's write to its fdatasync
+  Duration load_time{};   ///< of a definition into an evaluator
   TimePoint faults_end;
 };
 
 /// A study whose runs switch layers, workers and a task without faults, all small; in both orders,
 /// one to four in flight.
 Scenario calm_scenario(std::uint64_t seed);
-/// The same with a mix of faults, and one time in four a second learner.
+/// The same with a mix of faults; one time in four with a second learner, and one in four with
+/// studies that are learnt for a time.
 Scenario scenario_of(std::uint64_t seed);
 
 int num_rollouts(const Scenario& scenario);

@@ -16,6 +16,7 @@ LearnerSettings learner_settings(const Scenario& scenario, protocol::LearnerId i
   LearnerSettings settings;
   settings.learner_id = id;
   settings.batch_bytes_max = scenario.batch_bytes_max;
+  settings.unsynced_results_max = scenario.unsynced_results_max;
   if (scenario.knows_task) {
     settings.known_tasks[kTaskContent] = *task_facts_from_json(kTaskDescription);
   }
@@ -42,14 +43,9 @@ SimulatedLearner::SimulatedLearner(const Scenario& scenario, int index, Schedule
 
 void SimulatedLearner::start() {
   LearnerEffects unsent;
+  started_at_ = schedule_.now();
   core_.step(schedule_.now(), learner_event::Started{}, unsent);
-  const std::string damage = disk_.open([&](const AcceptedResult& result) {
-    if (core_.outcome() == LearnerCore::Outcome::kFailed) return;
-    note_answered(result.key);
-    synced_.insert(result.key);
-    core_.step(schedule_.now(), learner_event::Recovered{&result}, unsent);
-    unsent = {};
-  });
+  const std::string damage = disk_.open([this](const JournalRecord& record) { recover(record); });
   observer_.require(damage.empty(), "its own journal cannot be read: " + damage);
   observer_.require(core_.outcome() != LearnerCore::Outcome::kFailed,
                     "its own journal is refused: " + core_.failure());
@@ -57,6 +53,20 @@ void SimulatedLearner::start() {
   disk_.sync();
   check_counters();
   step(learner_event::Timer{});
+}
+
+void SimulatedLearner::recover(const JournalRecord& record) {
+  if (core_.outcome() == LearnerCore::Outcome::kFailed) return;
+  LearnerEffects unsent;
+  if (const auto* result = std::get_if<AcceptedResult>(&record)) {
+    note_answered(result->key);
+    synced_.insert(result->key);
+    core_.step(schedule_.now(), learner_event::Recovered{result}, unsent);
+  } else if (const auto* time = std::get_if<LearningTime>(&record)) {
+    learnt_before_ = time->elapsed;
+    note_time(*time);
+    core_.step(schedule_.now(), learner_event::TimeRecovered{*time}, unsent);
+  }
 }
 
 void SimulatedLearner::stop() {
@@ -98,7 +108,8 @@ void SimulatedLearner::take(const LearnerEvent& event) {
 }
 
 void SimulatedLearner::do_all(const LearnerEffects& effects) {
-  const int count = static_cast<int>(2 * effects.accepted.size() + effects.send.size());
+  const std::size_t num_records = effects.accepted.size() + (effects.time ? 1 : 0);
+  const int count = static_cast<int>(2 * num_records + effects.send.size());
   effects_until_crash_ = crash_is_due_ && count > 0 ? dice_.between(0, count) : -1;
   try {
     carry_out(effects, *this);
@@ -143,6 +154,17 @@ void SimulatedLearner::append(const AcceptedResult& result) {
   observer_.require(is_first, "a roll-out is accepted twice");
   disk_.append(result);
   unwritten_.push_back(result.key);
+  observer_.require(lag() <= scenario_.unsynced_results_max,
+                    "more is accepted than may wait for the disk");
+  if (lag() == scenario_.unsynced_results_max) observer_.count("the disk's lag at its limit");
+}
+
+void SimulatedLearner::append(const LearningTime& time) {
+  crash_if_due();
+  observer_.require(time.elapsed == learnt_before_ + (schedule_.now() - started_at_),
+                    "the time of learning is not counted");
+  disk_.append(time);
+  unwritten_time_ = time;
 }
 
 void SimulatedLearner::flush() {
@@ -151,6 +173,7 @@ void SimulatedLearner::flush() {
   for (const protocol::RolloutKey key : unwritten_) note_answered(key);
   unsynced_.insert(unsynced_.end(), unwritten_.begin(), unwritten_.end());
   unwritten_.clear();
+  if (unwritten_time_) note_time(*std::exchange(unwritten_time_, std::nullopt));
   if (std::exchange(sync_is_due_, true)) return;
   later(scenario_.sync_delay, [this] { sync(); });
 }
@@ -184,6 +207,27 @@ void SimulatedLearner::note_answered(protocol::RolloutKey key) {
   while (answered_.contains({key.run, applied})) apply(applied);
 }
 
+void SimulatedLearner::note_time(const LearningTime& time) {
+  observer_.require(study_.stop_after.has_value(), "a time is noted for a study without an end");
+  if (!study_.stop_after || time.elapsed < *study_.stop_after) return;
+  observer_.require(!ends_, "the time of a study is up twice");
+  ends_ = num_applied_;
+}
+
+/// What is asked for belongs to a run that may still draw, or is the evaluation of one that has
+/// ended.
+void SimulatedLearner::check_ends(protocol::RolloutKey key) {
+  const auto run = static_cast<std::size_t>(key.run);
+  const ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
+  if (key.number == Run::kEvaluation) {
+    observer_.require(ends_ || num_applied_[run] == exploration.num_rollouts,
+                      "a run is evaluated that has not ended");
+  } else if (ends_) {
+    observer_.require(key.number < (*ends_)[run] + exploration.in_flight,
+                      "a roll-out is drawn although the time is up");
+  }
+}
+
 void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
   observer_.require(batch.sequence == ++last_sequence_, "a batch out of sequence");
   if (batch.rollouts.size() > 1) {
@@ -199,6 +243,7 @@ void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
                       "a roll-out past the budget is asked for");
     observer_.require(key.number < applied + exploration.in_flight,
                       "more roll-outs are in flight than the journal permits");
+    check_ends(key);
     const auto [place, is_new] =
         expected_.emplace(key, Expected{request.content, task_.reward(key, request.theta)});
     observer_.require(is_new || place->second.content == request.content,
@@ -252,6 +297,7 @@ void SimulatedLearner::hear(const protocol::Message& message) {
     heard.time = schedule_.now();
     if (batch->results.empty()) return;
     heard.last_result = batch->first_index + static_cast<std::int64_t>(batch->results.size()) - 1;
+    if (lag() >= scenario_.unsynced_results_max) heard.last_result = 0;  // some may be unread
   } else if (const auto* request = std::get_if<protocol::DefinitionRequest>(&message)) {
     if (request->learner_id == id_) heard_[request->worker_id].time = schedule_.now();
   } else if (const auto* report = std::get_if<protocol::DefinitionReport>(&message)) {

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -49,11 +50,19 @@ class SimulatedLearner : public Node, private EffectHandler {
   void sync();
 
   void append(const AcceptedResult& result) override;
+  void append(const LearningTime& time) override;
   void flush() override;
   void send(const protocol::Message& message) override;
   void log(const LogLine&) override {}
 
+  void recover(const JournalRecord& record);
+  /// Results that are not on stable storage.
+  std::int64_t lag() const {
+    return static_cast<std::int64_t>(unwritten_.size() + unsynced_.size());
+  }
   void note_answered(protocol::RolloutKey key);
+  void note_time(const LearningTime& time);
+  void check_ends(protocol::RolloutKey key);
   void check_batch(const protocol::RolloutBatch& batch);
   void check_told(const protocol::Message& message);
   void check_counters();
@@ -96,6 +105,10 @@ class SimulatedLearner : public Node, private EffectHandler {
   std::vector<protocol::RolloutKey> unsynced_;   ///< written, not synced
   std::set<protocol::RolloutKey> synced_;
   std::vector<int> num_applied_;  ///< by run, as the journal has it
+  TimePoint started_at_;
+  Duration learnt_before_{};                    ///< by earlier incarnations, as the journal has it
+  std::optional<LearningTime> unwritten_time_;  ///< appended, in this process alone
+  std::optional<std::vector<int>> ends_;  ///< num_applied_ when the journal said the time is up
   std::map<protocol::WorkerId, Heard> heard_;
 };
 

@@ -18,6 +18,35 @@ using Kind = Incident::Kind;
 /// More actions than any scenario takes: what goes past it goes round in circles.
 constexpr int kActionsMax = 5'000'000;
 
+/// What a journal says of the ends of its runs, counted apart from the core.
+struct Ends {
+  std::set<protocol::RolloutKey> keys;  ///< of all results
+  std::size_t num_results = 0;
+  bool time_was_up = false;
+  std::vector<int> num_applied;  ///< by run, when the time was up; empty if it was not
+};
+
+Ends ends_of(const Study& study, const std::vector<JournalRecord>& journal) {
+  Ends ends;
+  std::vector<int> num_applied(static_cast<std::size_t>(study.num_runs()));
+  for (const JournalRecord& record : journal) {
+    if (const auto* result = std::get_if<AcceptedResult>(&record)) {
+      ++ends.num_results;
+      ends.keys.insert(result->key);
+      const int run = result->key.run;
+      int& applied = num_applied[static_cast<std::size_t>(run)];
+      if (result->key.number < 0) continue;
+      if (!study.in_sequence) ++applied;
+      while (study.in_sequence && ends.keys.contains({run, applied})) ++applied;
+    } else if (const auto* time = std::get_if<LearningTime>(&record)) {
+      if (time->elapsed < *study.stop_after) continue;
+      ends.time_was_up = true;
+      ends.num_applied = num_applied;
+    }
+  }
+  return ends;
+}
+
 }  // namespace
 
 Simulation::Simulation(const Scenario& scenario)
@@ -176,9 +205,9 @@ void Simulation::strike_learner(const Incident& incident) {
 }
 
 Duration Simulation::patience() const {
-  // A roll-out that hangs takes three evaluators, each blocked for ten times its limit and a
-  // second; so long may a learner also wait for one that was lost together with its worker.
-  const Duration hanging = 3 * (10 * kTaskTimeLimit + seconds(1));
+  // A roll-out that hangs takes three evaluators, each blocked for twice its limit and a second
+  // after it has computed; four times as long is a lease that was lost together with its worker.
+  const Duration hanging = 5 * 3 * (scenario_.task.duration_max + 2 * kTaskTimeLimit + seconds(1));
   Duration sum = seconds(60);
   const VirtualTask task(scenario_.seed, scenario_.task);
   for (const Study& study : scenario_.studies) {
@@ -199,27 +228,33 @@ void Simulation::check_outcome(int index) {
   const LearnerSlot& slot = learners_[static_cast<std::size_t>(index)];
   const Study& study = scenario_.studies[static_cast<std::size_t>(index)];
   const std::vector<RunRecord> records = slot.process->core().run_records();
-  const std::optional<std::vector<AcceptedResult>> whole = slot.disk.results();
-  observer_.require(whole.has_value(), "the journal of a learner that has ended is not whole");
-  if (!whole) return;
-  const std::vector<AcceptedResult>& journal = *whole;
-  const auto expected = static_cast<std::size_t>(num_rollouts(study)) + records.size();
-  observer_.require(journal.size() == expected, "the journal has not each answer once");
-  std::set<protocol::RolloutKey> keys;
-  for (const AcceptedResult& result : journal) keys.insert(result.key);
-  observer_.require(keys.size() == expected, "the journal has an answer twice");
+  const std::optional<std::vector<JournalRecord>> journal = slot.disk.records();
+  observer_.require(journal.has_value(), "the journal of a learner that has ended is not whole");
+  if (!journal) return;
+  const Ends ends = ends_of(study, *journal);
+  if (ends.time_was_up) observer_.count("studies ended by their time");
+  std::size_t expected = records.size();
+  for (const RunRecord& run : records) expected += run.rollouts.size();
+  observer_.require(ends.keys.size() == expected, "the journal has not each answer once");
+  observer_.require(ends.num_results == expected, "the journal has an answer twice");
   for (const RunRecord& run : records) {
     const ExplorationSettings& exploration = condition_of(study, run.run).exploration;
-    observer_.require(run.rollouts.size() == static_cast<std::size_t>(exploration.num_rollouts),
+    const int num_drawn =
+        ends.time_was_up
+            ? std::min(exploration.num_rollouts,
+                       ends.num_applied[static_cast<std::size_t>(run.run)] + exploration.in_flight)
+            : exploration.num_rollouts;
+    observer_.require(run.rollouts.size() == static_cast<std::size_t>(num_drawn),
                       "a run has not exactly its roll-outs");
     observer_.require(std::none_of(run.rollouts.begin(), run.rollouts.end(),
                                    [](const auto& rollout) { return rollout.layer == 0; }),
                       "a roll-out has no result");
     observer_.require(run.final_reward.has_value(), "a run has no final evaluation");
-    observer_.require(exploration.convergence_slope < kAnySlope ||
-                          static_cast<int>(run.switches.size()) == exploration.last_layer - 1,
-                      "a run has not switched its layers");
-    if (run.repetition == 0) continue;
+    if (!ends.time_was_up)
+      observer_.require(exploration.convergence_slope < kAnySlope ||
+                            static_cast<int>(run.switches.size()) == exploration.last_layer - 1,
+                        "a run has not switched its layers");
+    if (run.repetition == 0 || ends.time_was_up) continue;
     const std::vector<RolloutRecord>& others =
         records[static_cast<std::size_t>(run.run - run.repetition)].rollouts;
     observer_.require(
@@ -233,10 +268,10 @@ void Simulation::check_outcome(int index) {
     }
   };
   if (study.in_sequence) {
-    compare(faultless_records(study, VirtualTask(scenario_.seed, scenario_.task)),
+    compare(faultless_records(study, VirtualTask(scenario_.seed, scenario_.task), ends.num_applied),
             "the result is not that without faults");
   } else {
-    compare(folded_records(study, journal), "the fold of the journal is another result");
+    compare(folded_records(study, *journal), "the fold of the journal is another result");
   }
 }
 

@@ -154,6 +154,34 @@ TEST(BusTest, ABurstOfFullBatchesIsReceivedWhole) {
   }
 }
 
+TEST(BusTest, OthersHaveTheirTurnWhileMoreIsWaitingThanATurnReads) {
+  Loop loop;
+  const std::string url = loopback_url(6);
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  const int num_messages = 3 * protocol::kDatagramsPerTurnMax;
+  int num_received = 0;
+  BusOptions options;
+  options.url = url;
+  options.channels = {Channel::kRolloutBatch};
+  options.on_message = [&](const Message&) {
+    if (++num_received == 1) EXPECT_EQ(write(ends[1], "x", 1), 1);
+  };
+  const auto bus = open_bus(loop, options);
+  ASSERT_TRUE(bus);
+  for (int i = 0; i < num_messages; ++i) (*bus)->publish(protocol::RolloutBatch{});
+  int num_received_by_then = 0;
+  loop.watch(ends[0], [&] {
+    num_received_by_then = num_received;
+    loop.forget(ends[0]);
+  });
+  ASSERT_TRUE(run_until(loop, [&] { return num_received == num_messages; }));
+  EXPECT_GT(num_received_by_then, 0);
+  EXPECT_LE(num_received_by_then, 2 * protocol::kDatagramsPerTurnMax);
+  close(ends[0]);
+  close(ends[1]);
+}
+
 TEST(BusTest, WhatAReceiverWouldRefuseIsNotSentAndSaidSo) {
   Loop loop;
   const std::string url = loopback_url(7);

@@ -253,6 +253,13 @@ TEST(CodecHostileTest, BadValuesAreRefusedByName) {
   protocol::RewardBatch duration = status;
   duration.results[1] = {};
   duration.results[1].duration_ns = -3;
+  protocol::RewardBatch too_long = status;
+  too_long.results[1] = {};
+  too_long.results[1].duration_ns = protocol::kDurationNsMax + 1;
+  protocol::RolloutBatch sequence;
+  sequence.sequence = protocol::kRunningNumberMax + 1;
+  protocol::WorkerStatus evaluators;
+  evaluators.num_evaluators = protocol::kEvaluatorsPerWorkerMax + 1;
   protocol::RewardBatch run = status;
   run.results[1] = {};
   run.results[1].key.run = -1;
@@ -274,6 +281,11 @@ TEST(CodecHostileTest, BadValuesAreRefusedByName) {
       {status, "reward_batch.results[1].status: 5 is not within 0..4"},
       {negative_status, "reward_batch.results[1].status: -1 is not within 0..4"},
       {duration, "reward_batch.results[1].duration_ns: -3 is not within 0..8640000000000000"},
+      {too_long,
+       "reward_batch.results[1].duration_ns: 8640000000000001 is not within 0..8640000000000000"},
+      {sequence,
+       "rollout_batch.sequence: 4611686018427387905 is not within 0..4611686018427387904"},
+      {evaluators, "worker_status.num_evaluators: 1025 is not within 0..1024"},
       {run, "reward_batch.results[1].key.run: -1 is negative"},
       {theta, "rollout_batch.rollouts[0].theta[2]: inf is not a finite number"},
       {learner, "rollout_batch.learner_id: -7 is negative"},

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "common/protocol/limits.h"
+
 namespace treeroll::worker {
 namespace {
 
@@ -59,6 +61,18 @@ TEST(AnswerStoreTest, DropsTheOldestAcknowledgedFirst) {
   EXPECT_EQ(store.size(), 2U);
   EXPECT_EQ(store.first_index(1), 2);
   EXPECT_EQ(store.unacknowledged(1, 9).size(), 2U);
+}
+
+TEST(AnswerStoreTest, RemembersHowFarItCountedForSomeThousandLearnersThatAreGone) {
+  AnswerStore store(10);
+  const auto num_kept = static_cast<protocol::LearnerId>(protocol::kForgottenLearnersMax);
+  for (protocol::LearnerId learner = 1; learner <= num_kept + 5; ++learner) {
+    store.add(learner, result(1));
+    store.forget(learner);
+  }
+  EXPECT_EQ(store.last_index(5), 0);
+  EXPECT_EQ(store.last_index(6), 1);
+  EXPECT_EQ(store.last_index(num_kept + 5), 1);
 }
 
 TEST(AnswerStoreTest, GoesOnCountingForALearnerItHadForgotten) {

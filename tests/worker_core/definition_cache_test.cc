@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "common/protocol/limits.h"
+
 namespace treeroll::worker {
 namespace {
 
@@ -24,6 +26,13 @@ TEST(DefinitionCacheTest, NeverDropsWhatIsInUseOrBeingChecked) {
   cache.insert(id("b"), "b", {})->state = DefinitionState::kChecking;
   EXPECT_EQ(cache.insert(id("c"), "c", {id("a")}), nullptr);
   EXPECT_EQ(cache.size(), 2U);
+}
+
+TEST(DefinitionCacheTest, CutsALongReason) {
+  DefinitionCache cache(2, 100);
+  cache.insert(id("a"), "a", {});
+  cache.refuse(*cache.find(id("a")), std::string(60'000, 'x'));
+  EXPECT_EQ(cache.find(id("a"))->text, std::string(protocol::kReasonBytesMax, 'x'));
 }
 
 TEST(DefinitionCacheTest, BoundsItsBytesAndGivesThoseOfRefusedOnesBack) {

@@ -1,4 +1,5 @@
 #include <gmock/gmock.h>
+#include <malloc.h>
 
 #include "tests/worker_core/stage.h"
 
@@ -198,6 +199,52 @@ TEST(WorkerDefinitionsTest, TellsEvaluatorsToForgetWhatItHasDroppedItself) {
   for (const auto& forget : stage.effects<ForgetDefinition>()) forgotten.push_back(forget.name.id);
   EXPECT_THAT(forgotten, testing::UnorderedElementsAre(content_hash("p1"), content_hash("p2"),
                                                        content_hash("p3")));
+}
+
+TEST(WorkerDefinitionsTest, AFloodOfThemWhileNoEvaluatorIsIdleDoesNotMakeItGrow) {
+  const auto heap_bytes = [] { return mallinfo2().uordblks + mallinfo2().hblkhd; };
+  if (heap_bytes() == 0) GTEST_SKIP() << "this allocator does not count: a sanitizer's";
+  Stage stage(1, [](WorkerSettings& s) { s.num_policies_max = 50; });
+  stage.define();
+  stage.ask({stage.request(1)});
+  std::size_t warm_bytes = 0;
+  for (int i = 0; i < 60'000; ++i) {
+    const std::string content = std::to_string(i);
+    stage.step(MessageReceived{
+        protocol::PolicyDefinition{kLearner, content_hash(std::string_view(content)), content}});
+    stage.clear();
+    if (i == 20'000) warm_bytes = heap_bytes();
+  }
+  EXPECT_LE(heap_bytes(), warm_bytes + (128U << 10U));
+  stage.finish(0);  // and those that are still here are looked at, each once
+  EXPECT_LE(stage.effects<LoadDefinition>().size(), 50U);
+  EXPECT_GE(stage.effects<LoadDefinition>().size(), 40U);
+}
+
+TEST(WorkerDefinitionsTest, AsManyReportsAsATurnMayHaveAndTheOthersWhenAskedAgain) {
+  Stage stage;
+  stage.refusal = "no";
+  std::vector<ContentHash> tasks;
+  for (int i = 0; i < 20; ++i) {
+    const std::string content = "task " + std::to_string(i);
+    tasks.push_back(content_hash(std::string_view(content)));
+    stage.step(MessageReceived{protocol::TaskDefinition{kLearner, tasks.back(), content}});
+  }
+  const auto ask_for_all = [&] {
+    stage.clear();
+    for (protocol::LearnerId learner = 1; learner <= 64; ++learner) {
+      protocol::RolloutBatch batch{learner, ++stage.sequence, {}, {}};
+      for (std::size_t i = 0; i < tasks.size(); ++i) {
+        batch.rollouts.push_back(stage.request(static_cast<int>(i)));
+        batch.rollouts.back().task_id = tasks[i];
+      }
+      stage.give(MessageReceived{batch});
+    }
+    stage.give(InboxDrained{});
+    return stage.sent<DefinitionReport>();
+  };
+  EXPECT_THAT(ask_for_all(), SizeIs(protocol::kReportsPerTurnMax));
+  EXPECT_THAT(ask_for_all(), SizeIs(protocol::kReportsPerTurnMax));
 }
 
 TEST(WorkerDefinitionsTest, KeepsADefinitionInUseHoweverManyOthersArrive) {

@@ -58,6 +58,7 @@ TEST(WorkerEvaluatorsTest, ATaskThatCallsExitIsACrashToo) {
 
 TEST(WorkerEvaluatorsTest, ForeignSignalsNeverCountAndTheRolloutIsAnsweredInTheEnd) {
   Stage stage;
+  stage.task_facts.time_limit = 100s;
   stage.define();
   stage.ask({stage.request(1)});
   for (int i = 0; i < 50; ++i) {
@@ -95,6 +96,19 @@ TEST(WorkerEvaluatorsTest, RestartsAtOnceThenEverMoreSeldomAndAtOnceAgainAfterAR
   EXPECT_THAT(stage.effects<StartEvaluator>(), SizeIs(1));
 }
 
+TEST(WorkerEvaluatorsTest, OnesThatDieAllDayAreALineAMinute) {
+  Stage stage;
+  stage.evaluators_start = false;
+  const TimePoint end = stage.now + 24h;
+  while (stage.now < end) {
+    stage.die(0, Death::kExited, 1);
+    stage.pass(5s);
+  }
+  EXPECT_LE(stage.effects<WriteLog>().size(), LogLimiter::kLinesMax + 24U * 60);
+  EXPECT_THAT(stage.effects<WriteLog>().back().text,
+              testing::HasSubstr("evaluators that end: 12 more in the last 60 s"));
+}
+
 TEST(WorkerEvaluatorsTest, KillsOneThatDoesNotBecomeReady) {
   Stage stage;
   stage.evaluators_start = false;
@@ -112,10 +126,14 @@ TEST(WorkerEvaluatorsTest, ARolloutThatBurnsPastItsTimeLimitThriceIsAnsweredAsTi
   stage.cpu_time = 2s;
   for (int i = 0; i < 3; ++i) {
     stage.clear();
-    stage.pass(1999ms);
+    stage.pass(999ms);
     EXPECT_THAT(stage.effects<AskCpuTime>(), IsEmpty());
+    stage.cpu_time = 1s;
     stage.pass(1ms);
-    EXPECT_THAT(stage.effects<AskCpuTime>(), SizeIs(1));
+    EXPECT_THAT(stage.effects<AskCpuTime>(), SizeIs(1)) << "half its limit";
+    EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
+    stage.cpu_time = 2s;
+    stage.pass(1s);
     ASSERT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
     stage.die(0, Death::kForeignSignal, 9);
   }
@@ -127,7 +145,7 @@ TEST(WorkerEvaluatorsTest, ASlowMachineGivesARolloutMoreWallTime) {
   stage.define();
   stage.ask({stage.request(1)});
   stage.cpu_time = 1500ms;
-  stage.pass(2s);
+  stage.pass(1s);
   EXPECT_THAT(stage.effects<AskCpuTime>(), SizeIs(1));
   stage.pass(500ms);
   EXPECT_THAT(stage.effects<AskCpuTime>(), SizeIs(2)) << "when it may be there at the earliest";
@@ -136,20 +154,67 @@ TEST(WorkerEvaluatorsTest, ASlowMachineGivesARolloutMoreWallTime) {
   EXPECT_EQ(last_result(stage).status, RolloutStatus::kOk);
 }
 
-TEST(WorkerEvaluatorsTest, KillsABlockedOneAfterTenTimesTheLimitAndASecond) {
+/// Passes time in which the evaluator gets this share of a core, until `end` of its CPU time or
+/// until it is killed. @return how long it took
+Duration work(Stage& stage, double share, Duration end) {
+  const TimePoint start = stage.now;
+  const Duration before = stage.cpu_time;
+  while (stage.cpu_time < end && stage.effects<KillEvaluator>().empty()) {
+    stage.pass(10ms);
+    stage.cpu_time = before + std::chrono::nanoseconds(std::llround(
+                                  share * static_cast<double>((stage.now - start).count())));
+    stage.step(MessageReceived{protocol::RolloutBatch{kLearner, ++stage.sequence, {}, {}}});
+  }
+  return stage.now - start;
+}
+
+TEST(WorkerEvaluatorsTest, OneThatSleepsIsKilledWithinTwiceTheLimitAndASecondThriceThenAnswered) {
   Stage stage;
   stage.define();
   stage.ask({stage.request(1)});
   for (int i = 0; i < 3; ++i) {
     stage.clear();
-    stage.pass(20999ms);
-    EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
-    stage.pass(1ms);
+    EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
+    stage.pass(3s);
+    EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty()) << "it may have been kept waiting";
+    stage.pass(2s);
     ASSERT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
     stage.die(0, Death::kForeignSignal, 9);
-    stage.step(MessageReceived{protocol::RolloutBatch{kLearner, ++stage.sequence, {}, {}}});
   }
   EXPECT_EQ(last_result(stage).status, RolloutStatus::kTimedOut);
+}
+
+TEST(WorkerEvaluatorsTest, OneThatBlocksAfterSomeWorkIsFoundAsSoonWhereverThatIs) {
+  for (const Duration worked : {10ms, 50ms, 500ms, 990ms, 1010ms, 1500ms, 1990ms}) {
+    Stage stage;
+    stage.define();
+    stage.ask({stage.request(1)});
+    work(stage, 1, worked);
+    ASSERT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
+    stage.pass(5s);  // 2 x 2 s + 1 s
+    EXPECT_THAT(stage.effects<KillEvaluator>(), SizeIs(1)) << to_seconds(worked);
+  }
+}
+
+TEST(WorkerEvaluatorsTest, OneThatOnlyPollsIsBlockedToo) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  EXPECT_LE(work(stage, .001, 1s), 5s);
+  EXPECT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
+}
+
+TEST(WorkerEvaluatorsTest, AnHonestRolloutOnACrowdedMachineIsNeitherStruckNorFailed) {
+  for (const int evaluators_per_core : {1, 4, 16, 64}) {
+    Stage stage;
+    stage.define();
+    stage.ask({stage.request(1)});
+    const Duration took = work(stage, 1. / evaluators_per_core, 1900ms);
+    ASSERT_THAT(stage.effects<KillEvaluator>(), IsEmpty()) << evaluators_per_core;
+    EXPECT_GE(took, 1900ms * evaluators_per_core);
+    stage.finish(0, .5);
+    EXPECT_EQ(last_result(stage).status, RolloutStatus::kOk);
+  }
 }
 
 TEST(WorkerEvaluatorsTest, AResultOnItsWayWhileWeKilledCounts) {

@@ -16,9 +16,6 @@ namespace {
 
 using nlohmann::json;
 
-/// A flood of bad messages must not become a flood of lines.
-constexpr int kLinesPerSecondMax = 50;
-
 Death cause_of(const ChildEnd& end) {
   if (end.exited) return Death::kExited;
   for (const int own : {SIGSEGV, SIGFPE, SIGABRT, SIGILL, SIGBUS, SIGXCPU, SIGTRAP, SIGSYS}) {
@@ -184,15 +181,6 @@ void WorkerDaemon::perform(const AskCpuTime& effect) {
 }
 
 void WorkerDaemon::perform(const WriteLog& effect) {
-  const TimePoint now = loop_.now();
-  if (now >= log_second_ + std::chrono::seconds(1)) {
-    if (num_lines_this_second_ > kLinesPerSecondMax) {
-      spdlog::warn("{} lines left out", num_lines_this_second_ - kLinesPerSecondMax);
-    }
-    log_second_ = now;
-    num_lines_this_second_ = 0;
-  }
-  if (++num_lines_this_second_ > kLinesPerSecondMax) return;
   spdlog::log(effect.warning ? spdlog::level::warn : spdlog::level::info, "{}", effect.text);
 }
 

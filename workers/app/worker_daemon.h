@@ -63,8 +63,6 @@ class WorkerDaemon {
   bool working_ = false;
   bool flush_scheduled_ = false;
   std::optional<int> exit_status_;
-  TimePoint log_second_;
-  int num_lines_this_second_ = 0;
   std::int64_t num_unsent_logged_ = 0;
   std::int64_t num_rejected_logged_ = 0;
 };

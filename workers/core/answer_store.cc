@@ -1,13 +1,14 @@
 #include "workers/core/answer_store.h"
 
 #include "common/base/check.h"
+#include "common/protocol/limits.h"
 
 namespace treeroll::worker {
 namespace {
 
-/// Learners whose last index outlives them. Past it the smallest id is dropped: such a learner,
-/// back after more than this many others, would start at 1 again and be repeated until re-issued.
-constexpr std::size_t kForgottenMax = 4096;
+/// Past it the smallest id is dropped: such a learner, back after more than this many others, would
+/// start at 1 again and be repeated until re-issued.
+constexpr std::size_t kForgottenMax = protocol::kForgottenLearnersMax;
 
 }  // namespace
 

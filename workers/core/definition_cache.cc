@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/base/check.h"
+#include "common/protocol/limits.h"
 
 namespace treeroll::worker {
 
@@ -46,6 +47,7 @@ void DefinitionCache::refuse(Definition& definition, std::string reason) {
   bytes_ -= definition.content.size();
   definition.content.clear();
   definition.state = DefinitionState::kRefused;
+  reason.resize(std::min(reason.size(), protocol::kReasonBytesMax));
   definition.text = std::move(reason);
 }
 

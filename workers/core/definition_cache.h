@@ -41,6 +41,7 @@ class DefinitionCache {
   /// Null if there is no room. Precondition: absent.
   Definition* insert(const ContentHash& id, std::string content,
                      const std::set<ContentHash>& in_use);
+  /// A reason longer than kReasonBytesMax is cut.
   void refuse(Definition& definition, std::string reason);
 
   std::size_t size() const { return entries_.size(); }

@@ -11,6 +11,8 @@
 namespace treeroll::worker {
 namespace {
 
+constexpr const char* kLeaving = "leaving";
+
 const char* word(DefinitionKind kind) { return kind == DefinitionKind::kTask ? "task" : "policy"; }
 
 /// Why these two cannot make this roll-out; empty if they can.
@@ -39,13 +41,26 @@ WorkerCore::WorkerCore(WorkerSettings settings)
   CHECK(settings_.batch_bytes_max >= protocol::kBatchBytesRemoteMax, "batches too small");
 }
 
-void WorkerCore::Turn::log(bool warning, std::string text) const {
-  effects.emplace_back(WriteLog{warning, std::move(text)});
+namespace {
+
+void write(std::vector<LogLine>& lines, Effects& effects) {
+  for (LogLine& line : lines) {
+    effects.emplace_back(WriteLog{line.level != LogLine::Level::kInfo, std::move(line.text)});
+  }
+}
+
+}  // namespace
+
+void WorkerCore::Turn::log(bool warning, std::string_view kind, std::string text) const {
+  const auto level = warning ? LogLine::Level::kWarning : LogLine::Level::kInfo;
+  std::vector<LogLine> passed;
+  limiter.add(now, {level, kind, std::move(text)}, passed);
+  write(passed, effects);
 }
 
 void WorkerCore::step(TimePoint now, const Event& event, Effects& effects) {
   if (exited_) return;
-  const Turn turn{now, effects};
+  const Turn turn{now, effects, log_limiter_};
   std::visit([&](const auto& e) { on(turn, e); }, event);
   if (!exited_) assign_work(turn);
 }
@@ -123,28 +138,32 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
     }
   }
   for (const protocol::LearnerId id : silent) {
-    turn.log(false, fmt::format("learner {:x} has been silent for {:.0f} s and is forgotten", id,
-                                to_seconds(settings_.learner_silence_max)));
+    turn.log(false, "learners forgotten",
+             fmt::format("learner {:x} has been silent for {:.0f} s and is forgotten", id,
+                         to_seconds(settings_.learner_silence_max)));
     forget(turn, id);
   }
   for (int i = 0; i < settings_.num_evaluators; ++i) watch_evaluator(turn, i);
-  if (turn.now >= heartbeat_at_) send_status(turn);
+  if (turn.now >= heartbeat_at_) {
+    std::vector<LogLine> due;
+    log_limiter_.tell_due(turn.now, due);
+    write(due, turn.effects);
+    send_status(turn);
+  }
   finish_if_drained(turn);
 }
 
 void WorkerCore::on(const Turn& turn, const DrainRequested&) {
   if (draining_) {
-    turn.log(true, "asked to stop twice: leaves at once");
-    turn.effects.emplace_back(Exit{1});
-    exited_ = true;
-    return;
+    turn.log(true, kLeaving, "asked to stop twice: leaves at once");
+    return exit(turn, 1);
   }
   draining_ = true;
   to_check_.clear();
   for (const RolloutState state : {RolloutState::kWaiting, RolloutState::kReady}) {
     for (const RolloutName& name : queue_.in_state(state)) queue_.remove(name);
   }
-  turn.log(false, fmt::format("draining: finishes {} running roll-outs", queue_.size()));
+  turn.log(false, kLeaving, fmt::format("draining: finishes {} running roll-outs", queue_.size()));
   send_status(turn);
 }
 
@@ -153,9 +172,16 @@ void WorkerCore::finish_if_drained(const Turn& turn) {
   if (!drain_end_) drain_end_ = turn.now + settings_.drain_grace;
   const bool acknowledged = answers_.all_acknowledged();
   if (!acknowledged && turn.now < *drain_end_) return;
-  if (!acknowledged) turn.log(true, "leaves with answers no learner has acknowledged");
+  if (!acknowledged) turn.log(true, kLeaving, "leaves with answers no learner has acknowledged");
   send_status(turn);
-  turn.effects.emplace_back(Exit{0});
+  exit(turn, 0);
+}
+
+void WorkerCore::exit(const Turn& turn, int status) {
+  std::vector<LogLine> rest;
+  log_limiter_.tell_rest(turn.now, rest);
+  write(rest, turn.effects);
+  turn.effects.emplace_back(Exit{status});
   exited_ = true;
 }
 
@@ -175,7 +201,7 @@ WorkerCore::Learner* WorkerCore::meet(const Turn& turn, protocol::LearnerId id) 
     }
     forget(turn, victim->first);
   }
-  turn.log(false, fmt::format("serves learner {:x}", id));
+  turn.log(false, "learners served", fmt::format("serves learner {:x}", id));
   Learner& learner = learners_[id];
   learner.last_sent_index = answers_.last_index(id);
   return &learner;
@@ -183,7 +209,8 @@ WorkerCore::Learner* WorkerCore::meet(const Turn& turn, protocol::LearnerId id) 
 
 void WorkerCore::forget(const Turn& turn, protocol::LearnerId id) {
   const auto names = queue_.of_learner(id);
-  if (!names.empty()) turn.log(true, fmt::format("drops its {} roll-outs", names.size()));
+  if (!names.empty())
+    turn.log(true, "roll-outs dropped", fmt::format("drops its {} roll-outs", names.size()));
   for (const RolloutName& name : names) queue_.remove(name);
   answers_.forget(id);
   learners_.erase(id);
@@ -246,8 +273,9 @@ void WorkerCore::receive_definition(const Turn& turn, protocol::LearnerId learne
   if (draining_) return;
   if (content_hash(content) != name.id) {
     ++num_rejected_;
-    turn.log(true, fmt::format("a {} definition of learner {:x} is not what its id {} names",
-                               word(name.kind), learner, to_hex(name.id)));
+    turn.log(true, "definitions refused",
+             fmt::format("a {} definition of learner {:x} is not what its id {} names",
+                         word(name.kind), learner, to_hex(name.id)));
     return;
   }
   DefinitionCache& definitions = cache(name.kind);
@@ -256,6 +284,7 @@ void WorkerCore::receive_definition(const Turn& turn, protocol::LearnerId learne
     definition = definitions.insert(name.id, content, in_use(name.kind));
     if (definition == nullptr) return;  // all in use: asked for again while it is waited for
     to_check_.push_back(name);
+    forget_stale_checks();
   } else {
     definitions.touch(name.id);
   }
@@ -263,6 +292,18 @@ void WorkerCore::receive_definition(const Turn& turn, protocol::LearnerId learne
   const bool settled = definition->state == DefinitionState::kAccepted ||
                        definition->state == DefinitionState::kRefused;
   if (settled) settle(turn, name, *definition);
+}
+
+/// What was evicted unchecked stays named in the row of what is to be checked. While no evaluator
+/// is idle, a flood of definitions would make it grow.
+void WorkerCore::forget_stale_checks() {
+  if (to_check_.size() <= 2 * (settings_.num_tasks_max + settings_.num_policies_max)) return;
+  std::set<DefinitionName> seen;
+  std::erase_if(to_check_, [&](const DefinitionName& name) {
+    const Definition* definition = cache(name.kind).find(name.id);
+    const bool waits = definition != nullptr && definition->state == DefinitionState::kUnchecked;
+    return !waits || !seen.insert(name).second;
+  });
 }
 
 void WorkerCore::settle(const Turn& turn, const DefinitionName& name, Definition& definition) {
@@ -278,6 +319,8 @@ void WorkerCore::report(protocol::LearnerId learner, const ContentHash& id, bool
                         const std::string& text) {
   const auto earlier = reports_.find({learner, id});
   if (earlier != reports_.end() && !earlier->second.accepted) return;
+  // Who is not told now asks again.
+  if (earlier == reports_.end() && reports_.size() >= protocol::kReportsPerTurnMax) return;
   reports_[{learner, id}] = {.worker_id = settings_.worker_id,
                              .learner_id = learner,
                              .definition_id = id,

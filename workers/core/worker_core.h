@@ -6,9 +6,11 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "common/base/log_limiter.h"
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
 #include "workers/core/answer_store.h"
@@ -42,7 +44,9 @@ class WorkerCore {
   struct Turn {
     TimePoint now;
     Effects& effects;
-    void log(bool warning, std::string text) const;
+    LogLimiter& limiter;
+    /// @param kind  see LogLine
+    void log(bool warning, std::string_view kind, std::string text) const;
   };
 
   /// A link to one learner: what was heard of it and what it must still be told.
@@ -61,11 +65,13 @@ class WorkerCore {
   enum class EvaluatorState { kDown, kStarting, kIdle, kLoading, kRunning };
   struct Evaluator {
     EvaluatorState state = EvaluatorState::kDown;
-    bool killed = false;     ///< its death is on its way
-    bool timed_out = false;  ///< killed for exceeding a time limit while loading or running
-    std::int64_t job = 0;    ///< number of what it loads or runs
-    TimePoint since;         ///< of the job or the start
-    Duration time_limit{};   ///< of the job, CPU time
+    bool killed = false;       ///< its death is on its way
+    bool timed_out = false;    ///< killed for exceeding a time limit while loading or running
+    std::int64_t job = 0;      ///< number of what it loads or runs
+    TimePoint since;           ///< of the job or the start
+    Duration time_limit{};     ///< of the job, CPU time
+    TimePoint busy_at;         ///< last seen to have burnt CPU time on the job, or its begin
+    Duration busy_cpu_time{};  ///< what it had burnt by then
     std::optional<TimePoint> look_at;  ///< start time-out, CPU time check, or restart when down
     std::optional<RolloutName> rollout;
     std::int64_t content = 0;  ///< of that roll-out: another one in its place is not this one
@@ -90,10 +96,12 @@ class WorkerCore {
                           const std::string& content);
   void review(const Turn& turn, const RolloutName& name);
   void review_waiting(const Turn& turn);
+  void forget_stale_checks();
   void settle(const Turn& turn, const DefinitionName& name, Definition& definition);
   void report(protocol::LearnerId learner, const ContentHash& id, bool accepted,
               const std::string& text);
   void finish_if_drained(const Turn& turn);
+  void exit(const Turn& turn, int status);
 
   // worker_core_sending.cc: what goes out.
   void send_reports(const Turn& turn);
@@ -146,6 +154,7 @@ class WorkerCore {
   std::int64_t num_repeated_ = 0;
   std::int64_t num_restarts_ = 0;
   std::int64_t num_rejected_ = 0;
+  LogLimiter log_limiter_;
 };
 
 }  // namespace treeroll::worker

@@ -15,8 +15,14 @@ namespace {
 constexpr int kForgetsPerJobMax = 16;
 constexpr Duration kLookAgainMin = std::chrono::milliseconds(1);
 
-/// Wall time after which a job that burns no CPU is taken for blocked.
-Duration wall_limit(Duration cpu_limit) { return 10 * cpu_limit + std::chrono::seconds(1); }
+// CPU time decides what a job may take, for on a loaded machine that is all an honest one cannot
+// help. What sleeps or is stopped burns none: a job that has had less than kBusyShare of one core
+// over a stretch of wall time is blocked. A share this small is left to each of a hundred
+// evaluators that crowd one core. The stretch and the pause between two looks make twice the limit
+// and a second from the moment it blocks, at most.
+constexpr int kBusyShareInverse = 100;
+Duration blocked_after(Duration cpu_limit) { return 3 * cpu_limit / 2 + std::chrono::seconds(1); }
+Duration look_interval(Duration cpu_limit) { return cpu_limit / 2; }
 
 std::string describe(Death death, int code) {
   return death == Death::kExited ? fmt::format("exited with status {}", code)
@@ -48,7 +54,8 @@ void WorkerCore::on(const Turn& turn, const DefinitionLoaded& event) {
       definition->facts = event.facts;
     } else {
       definitions.refuse(*definition, event.text);
-      turn.log(true, fmt::format("refuses definition {}: {}", to_hex(event.name.id), event.text));
+      turn.log(true, "definitions refused",
+               fmt::format("refuses definition {}: {}", to_hex(event.name.id), event.text));
     }
     settle(turn, event.name, *definition);
   }
@@ -57,8 +64,9 @@ void WorkerCore::on(const Turn& turn, const DefinitionLoaded& event) {
     return;
   }
   if (rollout_of(evaluator) != nullptr && !event.accepted) {
-    turn.log(true, fmt::format("evaluator {} cannot load {}, which another one could: {}",
-                               event.evaluator, to_hex(event.name.id), event.text));
+    turn.log(true, "definitions an evaluator cannot load",
+             fmt::format("evaluator {} cannot load {}, which another one could: {}",
+                         event.evaluator, to_hex(event.name.id), event.text));
     answer(turn, *evaluator.rollout, RolloutStatus::kFailed, 0, 0);
   }
   if (!evaluator.killed || rollout_of(evaluator) == nullptr) release(evaluator);
@@ -85,16 +93,24 @@ void WorkerCore::on(const Turn& turn, const CpuTimeMeasured& event) {
   const bool busy =
       evaluator.state == EvaluatorState::kLoading || evaluator.state == EvaluatorState::kRunning;
   if (!busy || evaluator.job != event.job || evaluator.killed) return;
-  const TimePoint wall_end = evaluator.since + wall_limit(evaluator.time_limit);
-  if (event.cpu_time < evaluator.time_limit && turn.now < wall_end) {
-    const Duration left = std::max(evaluator.time_limit - event.cpu_time, kLookAgainMin);
-    evaluator.look_at = std::min(turn.now + left, wall_end);
+  const Duration limit = evaluator.time_limit;
+  if (event.cpu_time - evaluator.busy_cpu_time >= blocked_after(limit) / kBusyShareInverse) {
+    evaluator.busy_at = turn.now;
+    evaluator.busy_cpu_time = event.cpu_time;
+  }
+  const TimePoint blocked_at = evaluator.busy_at + blocked_after(limit);
+  if (event.cpu_time < limit && turn.now < blocked_at) {
+    const Duration left = std::clamp(limit - event.cpu_time, kLookAgainMin,
+                                     std::max(kLookAgainMin, look_interval(limit)));
+    evaluator.look_at = std::min(turn.now + left, blocked_at);
     return;
   }
-  turn.log(true, fmt::format("evaluator {} is past its time limit of {:.3g} s (CPU {:.3g} s, "
-                             "wall {:.3g} s) and is killed",
-                             event.evaluator, to_seconds(evaluator.time_limit),
-                             to_seconds(event.cpu_time), to_seconds(turn.now - evaluator.since)));
+  turn.log(true, "evaluators past a time limit",
+           fmt::format("evaluator {} is {} (limit {:.3g} s, CPU {:.3g} s, wall {:.3g} s) and is "
+                       "killed",
+                       event.evaluator, event.cpu_time < limit ? "blocked" : "past its time limit",
+                       to_seconds(limit), to_seconds(event.cpu_time),
+                       to_seconds(turn.now - evaluator.since)));
   evaluator.killed = true;
   evaluator.timed_out = true;
   evaluator.look_at.reset();
@@ -107,8 +123,9 @@ void WorkerCore::on(const Turn& turn, const EvaluatorDied& event) {
   const bool busy = evaluator.rollout || evaluator.loading;
   const bool charged =
       busy && (evaluator.timed_out || (!evaluator.killed && event.death != Death::kForeignSignal));
-  turn.log(true, fmt::format("evaluator {} {}{}", event.evaluator,
-                             describe(event.death, event.code), busy ? " during its work" : ""));
+  turn.log(true, "evaluators that end",
+           fmt::format("evaluator {} {}{}", event.evaluator, describe(event.death, event.code),
+                       busy ? " during its work" : ""));
   if (evaluator.rollout) {
     strike_rollout(turn, evaluator, charged);
   } else if (evaluator.loading && charged) {
@@ -146,14 +163,15 @@ void WorkerCore::watch_evaluator(const Turn& turn, int index) {
       turn.effects.emplace_back(StartEvaluator{index});
       return;
     case EvaluatorState::kStarting:
-      turn.log(true, fmt::format("evaluator {} did not start in {:.0f} s and is killed", index,
-                                 to_seconds(settings_.start_time_max)));
+      turn.log(true, "evaluators that do not start",
+               fmt::format("evaluator {} did not start in {:.0f} s and is killed", index,
+                           to_seconds(settings_.start_time_max)));
       evaluator.killed = true;
       turn.effects.emplace_back(KillEvaluator{index});
       return;
     case EvaluatorState::kLoading:
     case EvaluatorState::kRunning:
-      evaluator.look_at = turn.now + evaluator.time_limit;
+      evaluator.look_at = turn.now + look_interval(evaluator.time_limit);
       turn.effects.emplace_back(AskCpuTime{index, evaluator.job});
       return;
     case EvaluatorState::kIdle:
@@ -226,8 +244,10 @@ void WorkerCore::begin_job(const Turn& turn, Evaluator& evaluator, EvaluatorStat
   evaluator.state = state;
   evaluator.job = next_job_++;
   evaluator.since = turn.now;
-  evaluator.time_limit = std::max(limit, kLookAgainMin);
-  evaluator.look_at = turn.now + evaluator.time_limit;
+  evaluator.busy_at = turn.now;
+  evaluator.busy_cpu_time = {};
+  evaluator.time_limit = std::max(limit, 2 * kLookAgainMin);
+  evaluator.look_at = turn.now + look_interval(evaluator.time_limit);
 }
 
 void WorkerCore::release(Evaluator& evaluator) {
@@ -252,9 +272,10 @@ void WorkerCore::strike_rollout(const Turn& turn, const Evaluator& evaluator, bo
   const RolloutName name = *evaluator.rollout;
   if (charged) {
     ++held->num_strikes;
-    turn.log(true, fmt::format("roll-out {} of run {} has ended {} of at most {} evaluators",
-                               name.key.number, name.key.run, held->num_strikes,
-                               settings_.num_strikes_max));
+    turn.log(
+        true, "roll-outs that end evaluators",
+        fmt::format("roll-out {} of run {} has ended {} of at most {} evaluators", name.key.number,
+                    name.key.run, held->num_strikes, settings_.num_strikes_max));
   }
   if (held->num_strikes >= settings_.num_strikes_max) {
     answer(turn, name, evaluator.timed_out ? RolloutStatus::kTimedOut : RolloutStatus::kCrashed, 0,
@@ -277,7 +298,8 @@ void WorkerCore::strike_definition(const Turn& turn, const DefinitionName& name,
   definitions.refuse(
       definition, fmt::format("loading it {} {} evaluators",
                               timed_out ? "took too long for" : "crashed", definition.num_strikes));
-  turn.log(true, fmt::format("refuses definition {}: {}", to_hex(name.id), definition.text));
+  turn.log(true, "definitions refused",
+           fmt::format("refuses definition {}: {}", to_hex(name.id), definition.text));
   settle(turn, name, definition);
 }
 
@@ -288,8 +310,9 @@ void WorkerCore::answer(const Turn& turn, const RolloutName& name, RolloutStatus
   ++num_evaluated_;
   num_failed_ += failed ? 1 : 0;
   if (status == RolloutStatus::kCrashed || status == RolloutStatus::kTimedOut) {
-    turn.log(true, fmt::format("answers roll-out {} of run {} as {}", name.key.number, name.key.run,
-                               treeroll::name(status)));
+    turn.log(true, "roll-outs answered as failed",
+             fmt::format("answers roll-out {} of run {} as {}", name.key.number, name.key.run,
+                         treeroll::name(status)));
   }
   answers_.add(name.learner, {.key = request.key,
                               .attempt = request.attempt,

@@ -65,9 +65,10 @@ void WorkerCore::ask_for_definitions(const Turn& turn, protocol::LearnerId id, L
     const bool lacks_policy = policies_.find(held.request.policy_id) == nullptr;
     if (!lacks_task && !lacks_policy) continue;
     if (turn.now >= held.since + settings_.definition_wait_max) {
-      turn.log(true, fmt::format("lets roll-out {} of run {} go: its {} did not come in {:.0f} s",
-                                 name.key.number, name.key.run, lacks_task ? "task" : "policy",
-                                 to_seconds(settings_.definition_wait_max)));
+      turn.log(true, "roll-outs let go",
+               fmt::format("lets roll-out {} of run {} go: its {} did not come in {:.0f} s",
+                           name.key.number, name.key.run, lacks_task ? "task" : "policy",
+                           to_seconds(settings_.definition_wait_max)));
       queue_.remove(name);
       continue;
     }

@@ -20,12 +20,13 @@ struct WorkerSettings {
   int num_evaluators = 1;
   std::size_t batch_bytes_max = protocol::kBatchBytesLocalMax;
 
-  int held_per_evaluator_max = 64;  ///< all of them together: protocol::kHeldPerMessageMax
-  std::size_t num_learners_max = 64;
-  std::size_t num_answers_max = 8192;
-  std::size_t num_tasks_max = 64;
-  std::size_t num_policies_max = 1024;
-  std::size_t definition_bytes_max = 32U << 20U;  ///< of tasks, and again of policies
+  // Bounds: common/protocol/limits.h.
+  int held_per_evaluator_max = protocol::kHeldPerEvaluatorMax;
+  std::size_t num_learners_max = protocol::kLearnersPerWorkerMax;
+  std::size_t num_answers_max = protocol::kAnswersMax;
+  std::size_t num_tasks_max = protocol::kTasksMax;
+  std::size_t num_policies_max = protocol::kPoliciesMax;
+  std::size_t definition_bytes_max = protocol::kDefinitionCacheBytesMax;
   int num_strikes_max = 3;  ///< evaluators a roll-out or a definition may end before it is answered
 
   Duration learner_silence_max = std::chrono::seconds(60);

@@ -21,7 +21,10 @@ struct TaskDescription {
   int output_dim = 0;     ///< dO
   double reward_min = 0;  ///< rewards are finite and within [reward_min, reward_max]; min >= 0
   double reward_max = 1;
-  double time_limit_s = 0;    ///< positive: CPU time after which an evaluation hangs
+  /// Positive: CPU time after which an evaluation hangs. One that burns next to none, because it
+  /// sleeps or waits for another process, hangs after 1.5 to 2 times as much wall time and a
+  /// second.
+  double time_limit_s = 0;
   bool deterministic = true;  ///< the same policy gives the same reward, whatever the seed
 };
 

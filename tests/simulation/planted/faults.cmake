@@ -38,12 +38,12 @@ plant("send before journal" learner/core/carry_out.cc
   }]])
 
 plant("apply before journal" learner/core/carry_out.cc
-  [[if (!effects.accepted.empty())]]
-  [[if (!PLANTED && !effects.accepted.empty())]])
+  [[if (!effects.accepted.empty() || effects.time) handler]]
+  [[if (!PLANTED && (!effects.accepted.empty() || effects.time)) handler]])
 
 plant("acknowledge before fdatasync" learner/core/learner_core.cc
-  [[if (!unsynced_)]]
-  [[if (PLANTED || !unsynced_)]])
+  [[if (num_unsynced_ == 0)]]
+  [[if (PLANTED || num_unsynced_ == 0)]])
 
 plant("a left layer's result learnt from" learner/explore/exploration.cc
   [[if (draw.layer == layer() && !stopped_)]]
@@ -132,6 +132,24 @@ plant("a definition request ignored" learner/core/learner_core.cc
   [[for (const ContentHash& id : request.policy_ids) {
     if (!PLANTED) publish_policy(id, now, effects);
   }]])
+
+plant("the journal's lag unbounded" learner/core/learner_core.cc
+  [[num_read < batch.results.size() && !journal_is_behind();]]
+  [[num_read < batch.results.size() && (PLANTED || !journal_is_behind());]])
+
+plant("the time's end not journaled" learner/core/carry_out.cc
+  [[if (effects.time) handler]]
+  [[if (effects.time && !PLANTED) handler]])
+
+plant("the time's end forgotten at resume" learner/core/learner_core_time.cc
+  [[return pass_time(time, now, effects);]]
+  [[if (PLANTED) learnt_ = time;
+    else return pass_time(time, now, effects);
+    return;]])
+
+plant("time before a resume not counted" learner/core/learner_core.cc
+  [[learnt_before_ = learnt_.elapsed;]]
+  [[learnt_before_ = PLANTED ? Duration{} : learnt_.elapsed;]])
 
 plant("failed roll-outs counted twice" learner/core/run.cc
   [[++num_failed_;]]

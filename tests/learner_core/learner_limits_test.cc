@@ -1,0 +1,237 @@
+// Past each bound of the learner something is refused or waits; nothing grows.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include "common/base/random_stream.h"
+#include "common/protocol/limits.h"
+#include "tests/learner_core/cluster.h"
+
+namespace treeroll {
+namespace {
+
+using protocol::kNumericClassesMax;
+using protocol::kReasonBytesMax;
+using protocol::kRefusalsPerWorkerMax;
+using protocol::kStringBytesMax;
+using protocol::kWorkersMax;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::Contains;
+using ::testing::Field;
+using ::testing::HasSubstr;
+
+int lines_with(const Cluster& cluster, const std::string& words) {
+  int count = 0;
+  for (const LogLine& line : cluster.log) count += line.text.find(words) != std::string::npos;
+  return count;
+}
+
+TEST(LearnerLimitsTest, AWorkerTooManyIsRefusedSaidOnceAndServedWhenOneHasLeft) {
+  Cluster cluster(small_study(10, 1));
+  cluster.start();
+  for (std::size_t id = 1; id <= kWorkersMax; ++id) {
+    protocol::WorkerStatus idle = FakeWorker(static_cast<int>(id), {}).status(Cluster::kLearner);
+    idle.draining = true;
+    cluster.give(idle);
+  }
+  EXPECT_EQ(lines_with(cluster, "is refused"), 0);
+  FakeWorker& late = cluster.add_worker(5000);
+  cluster.run(seconds(2));
+  EXPECT_EQ(lines_with(cluster, "4096 workers are the most that are served"), 1);
+  EXPECT_EQ(late.num_requests, 0);
+  cluster.run(seconds(100));  // the others have fallen silent
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(lines_with(cluster, "is refused"), 1);
+  EXPECT_EQ(late.num_evaluated, 11);
+}
+
+/// What malloc has given out in this process.
+std::size_t heap_bytes() { return mallinfo2().uordblks + mallinfo2().hblkhd; }
+
+TEST(LearnerLimitsTest, SendersThatMakeUpWorkersClassesAndReasonsDoNotMakeItGrow) {
+  if (heap_bytes() == 0) GTEST_SKIP() << "this allocator does not count: a sanitizer's";
+  Cluster cluster(small_study(20, 1));
+  const FakeWorker& sound = cluster.add_worker(1);
+  cluster.start();
+  cluster.run(milliseconds(35));
+  const RunRecord run = cluster.core->run_records()[0];
+  ASSERT_GE(run.rollouts.size(), 2U);
+  cluster.remove_worker(0);
+
+  RandomStream random(1, 0, 0, RandomPurpose::kPerturbation);
+  std::size_t warm_bytes = 0;
+  const int num_senders = 12'000;
+  for (int i = 0; i < num_senders; ++i) {
+    FakeWorker made_up(static_cast<protocol::WorkerId>(random.next_bits() >> 1U), {});
+    made_up.draining = true;
+    made_up.numeric_class = std::to_string(i) + std::string(kStringBytesMax - 20, 'x');
+    cluster.hear(made_up.status(Cluster::kLearner));
+    // A duplicate of what is accepted: it is compared, class by class.
+    protocol::RewardBatch batch;
+    batch.learner_id = Cluster::kLearner;
+    batch.worker_id = static_cast<protocol::WorkerId>(random.next_bits() >> 1U);
+    batch.first_index = 1;
+    batch.results = {{{0, 0}, 0, 0, .1, RolloutStatus::kOk, 1}};
+    cluster.hear(batch);
+    batch.worker_id = made_up.status(0).worker_id;
+    cluster.hear(batch);
+    if (i % 50 == 0) cluster.run(milliseconds(50));
+    cluster.sent.clear();
+    cluster.log.clear();
+    if (i == num_senders * 2 / 3) warm_bytes = heap_bytes();
+  }
+  EXPECT_LE(heap_bytes(), warm_bytes + (1U << 20U));
+  EXPECT_EQ(cluster.core->counters().applied, static_cast<std::int64_t>(sound.num_evaluated));
+}
+
+TEST(LearnerLimitsTest, WhoHasWorkedIsStillInTheSummaryAfterAFloodOfMadeUpWorkers) {
+  Cluster cluster(small_study(20, 1));
+  cluster.add_worker(9);
+  cluster.start();
+  cluster.run(milliseconds(55));
+  cluster.remove_worker(0);
+  for (int id = 100; id < 12'000; ++id) {
+    FakeWorker made_up(id, {});
+    made_up.draining = true;
+    cluster.hear(made_up.status(Cluster::kLearner));
+    if (id % 50 == 0) cluster.run(milliseconds(50));
+    cluster.sent.clear();
+  }
+  const std::vector<WorkerRecord> records = cluster.core->worker_records();
+  EXPECT_LE(records.size(), 2 * kWorkersMax);
+  EXPECT_TRUE(std::any_of(records.begin(), records.end(), [](const WorkerRecord& record) {
+    return record.pid == 9 && record.num_accepted > 0;
+  }));
+}
+
+TEST(LearnerLimitsTest, AClassTooManyComparesWithNothing) {
+  Cluster cluster(small_study(10, 1));
+  cluster.add_worker(1);
+  cluster.start();
+  cluster.run(milliseconds(35));
+  const auto duplicate = [&](int id, const std::string& numeric_class) {
+    FakeWorker worker(id, {});
+    worker.numeric_class = numeric_class;
+    cluster.give(worker.status(Cluster::kLearner));
+    protocol::RewardBatch batch;
+    batch.learner_id = Cluster::kLearner;
+    batch.worker_id = id;
+    batch.first_index = 1;
+    batch.results = {{{0, 0}, 0, 0, .1, RolloutStatus::kOk, 1}};
+    cluster.give(batch);
+  };
+  for (int id = 10; id < 10 + static_cast<int>(kNumericClassesMax); ++id) {
+    duplicate(id, std::to_string(id));
+  }
+  EXPECT_EQ(cluster.core->counters().conflicting, 0);
+  duplicate(3000, "class");  // that of the worker whose answer was accepted
+  EXPECT_EQ(cluster.core->counters().conflicting, 1);
+  duplicate(3001, "one more");
+  duplicate(3002, "and another");
+  EXPECT_EQ(cluster.core->counters().conflicting, 1);
+}
+
+TEST(LearnerLimitsTest, AWorkerThatRefusesEverythingIsAskedForNothingUntilThatIsForgotten) {
+  // A condition a task: more of them than a worker may refuse.
+  Study study = small_study(3, 1);
+  for (std::size_t i = 1; i <= kRefusalsPerWorkerMax + 10; ++i) {
+    Condition condition = study.conditions[0];
+    condition.name += std::to_string(i);
+    condition.task_content = R"({"name":"bump","settings":{"i":)" + std::to_string(i) + "}}";
+    study.conditions.push_back(condition);
+  }
+  Cluster cluster(study, /*knows_task=*/false);
+  cluster.add_worker(1).refusal = std::string(60'000, 'x');
+  cluster.start();
+  cluster.run(seconds(10));
+  bool says_why = false;
+  for (const protocol::Message& message : cluster.sent) {
+    const auto* status = std::get_if<protocol::LearnerStatus>(&message);
+    if (!status) continue;
+    EXPECT_LE(status->waiting_for.size(), kStringBytesMax);
+    says_why = says_why || status->waiting_for.find("refuse too much") != std::string::npos;
+  }
+  EXPECT_TRUE(says_why);
+  for (const LogLine& line : cluster.log) EXPECT_LE(line.text.size(), kReasonBytesMax + 200);
+  cluster.workers[0]->refusal.clear();
+  cluster.run(seconds(200));
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+}
+
+TEST(LearnerLimitsTest, AThousandWorkersThatComeAndGoAreAFewLinesOfTheLog) {
+  Cluster cluster(small_study(10, 1));
+  cluster.start();
+  for (int id = 1; id <= 1000; ++id) {
+    cluster.give(FakeWorker(id, milliseconds(1)).status(Cluster::kLearner));
+  }
+  cluster.run(seconds(65));
+  EXPECT_EQ(cluster.log.size(), 2U * (LogLimiter::kLinesMax + 1));
+  EXPECT_THAT(
+      cluster.log,
+      Contains(Field(&LogLine::text, HasSubstr("workers that join: 990 more in the last 60"))));
+  EXPECT_THAT(cluster.log, Contains(Field(&LogLine::text, HasSubstr("workers that leave: 990"))));
+}
+
+TEST(LearnerLimitsTest, WhileTheDiskLagsNothingMoreIsAcceptedAndNothingGivenOut) {
+  const Study study = small_study(30, 8);
+  LearnerSettings settings;
+  settings.learner_id = Cluster::kLearner;
+  settings.batch_bytes_max = 60000;
+  settings.unsynced_results_max = 5;
+  settings.known_tasks[study.conditions[0].task_content] = TaskFacts{1, 1, 0, 1, 10, true};
+  LearnerCore core(study, settings);
+  FakeWorker worker(1, milliseconds(1));
+  std::vector<AcceptedResult> journal;
+  TimePoint now{};
+  std::string waiting;
+  const auto step = [&](const LearnerEvent& event) {
+    LearnerEffects effects;
+    core.step(now, event, effects);
+    journal.insert(journal.end(), effects.accepted.begin(), effects.accepted.end());
+    for (const protocol::Message& message : effects.send) {
+      worker.receive(message, now);
+      if (const auto* status = std::get_if<protocol::LearnerStatus>(&message)) {
+        waiting = status->waiting_for;
+      }
+    }
+  };
+  const auto work = [&](int rounds) {
+    for (int i = 0; i < rounds; ++i) {
+      now += milliseconds(10);
+      std::vector<protocol::Message> messages;
+      while (worker.has_work()) messages.emplace_back(worker.finish(Cluster::kLearner, now));
+      messages.emplace_back(worker.status(Cluster::kLearner));
+      for (const protocol::Message& message : messages) step(learner_event::Received{&message});
+      step(learner_event::InboxDrained{});
+      if (now >= core.next_deadline()) step(learner_event::Timer{});
+    }
+  };
+  step(learner_event::Started{});
+  work(1000);  // ten seconds in which no fdatasync returns
+  EXPECT_EQ(journal.size(), 5U);
+  EXPECT_FALSE(worker.has_work()) << "it gets nothing more to do";
+  EXPECT_THAT(waiting, HasSubstr("the disk lags: 5 results"));
+  EXPECT_EQ(core.counters().issued, core.counters().applied + core.counters().pending);
+
+  while (core.outcome() == LearnerCore::Outcome::kRunning) {
+    const std::size_t before = journal.size();
+    step(learner_event::Synced{});
+    work(3);
+    ASSERT_LE(journal.size(), before + 5);
+    ASSERT_LT(now, TimePoint(seconds(1000)));
+  }
+  EXPECT_EQ(core.outcome(), LearnerCore::Outcome::kDone);
+  Cluster reference(study);
+  reference.add_worker(1);
+  reference.start();
+  reference.run(seconds(1000));
+  for (std::size_t run = 0; run < 8; ++run) {
+    EXPECT_EQ(core.run_records()[run].best_reward, reference.core->run_records()[run].best_reward);
+    EXPECT_EQ(core.run_records()[run].final_reward,
+              reference.core->run_records()[run].final_reward);
+  }
+}
+
+}  // namespace
+}  // namespace treeroll
