@@ -1,5 +1,7 @@
 #include "learner/explore/convergence.h"
 
+#include <algorithm>
+
 #include "common/base/check.h"
 
 namespace treeroll {
@@ -47,6 +49,24 @@ std::optional<double> RewardWindow::mean() const {
   double sum = 0;
   for (const double reward : rewards()) sum += reward;
   return sum / static_cast<double>(size_);
+}
+
+GainWindow::GainWindow(int capacity) : best_(capacity + 1), capacity_(capacity) {
+  CHECK(capacity >= 1, "a gain is over at least one roll-out");
+}
+
+void GainWindow::add(double reward) {
+  if (num_results_ == 0) first_ = highest_ = reward;
+  highest_ = std::max(highest_, reward);
+  best_.add(highest_);
+  ++num_results_;
+}
+
+std::optional<double> GainWindow::share() const {
+  if (num_results_ <= capacity_ || highest_ <= first_) return std::nullopt;
+  const double recent = (highest_ - best_.rewards().front()) / static_cast<double>(capacity_);
+  const double average = (highest_ - first_) / static_cast<double>(num_results_ - 1);
+  return recent / average;
 }
 
 }  // namespace treeroll

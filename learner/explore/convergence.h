@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -31,6 +32,27 @@ class RewardWindow {
   std::size_t capacity_;
   std::size_t next_ = 0;
   std::size_t size_ = 0;
+};
+
+/// Gain of a layer's best reward so far, per roll-out: over its last M results, and over all of
+/// them. Memory does not grow.
+class GainWindow {
+ public:
+  /// Precondition: capacity (M) is at least 1.
+  explicit GainWindow(int capacity);
+
+  void add(double reward);
+  /// Gain a roll-out over the last M results as a share of that since the layer's first result.
+  /// Nothing before M + 1 results, nor while nothing has been gained: a plateau from the start has
+  /// no share to fall below.
+  std::optional<double> share() const;
+
+ private:
+  RewardWindow best_;  // so far, after each of the last M + 1 results
+  double first_ = 0;
+  double highest_ = 0;
+  int capacity_;
+  std::int64_t num_results_ = 0;
 };
 
 }  // namespace treeroll

@@ -64,6 +64,11 @@ class Reader {
     integer("convergence_window", 2, kMaxConvergenceWindow, settings_.convergence_window);
     settings_.convergence_slope =
         source_.number("convergence_slope", kAnyNumber, settings_.convergence_slope);
+    // There is no number that stands for the slope: the key is absent, or a share.
+    if (source_.has("convergence_gain")) {
+      settings_.convergence_gain =
+          source_.number("convergence_gain", {.min = 0, .max = 1, .min_allowed = false});
+    }
     settings_.stop_on_convergence = source_.boolean("stop_on_convergence", false);
     settings_.stop_at_reward = source_.optional_number("stop_at_reward", kPositive);
   }

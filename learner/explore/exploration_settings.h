@@ -38,10 +38,13 @@ struct ExplorationSettings {
                                          ///< from noise_variance
   double initial_step = .03;             ///< CMA-ES: its deviation in those coordinates
   // PoWER.
-  int first_update = 10;                 ///< S_init, results of a layer before its first update
-  int best_considered = 2;               ///< I
-  int convergence_window = 20;           ///< M
-  double convergence_slope = 0;          ///< eps_conv, reward per roll-out
+  int first_update = 10;         ///< S_init, results of a layer before its first update
+  int best_considered = 2;       ///< I
+  int convergence_window = 20;   ///< M
+  double convergence_slope = 0;  ///< eps_conv, reward per roll-out
+  /// Share of the layer's average gain a roll-out below which the gain of the last M counts as
+  /// convergence; without it the slope decides.
+  std::optional<double> convergence_gain;
   std::optional<double> stop_at_reward;  ///< the run ends with the first reward of at least this
   bool stop_on_convergence = false;      ///< the run ends when the last layer has converged
   std::vector<double>

@@ -11,7 +11,9 @@ namespace treeroll {
 LayerSearch::LayerSearch(const ExplorationSettings& settings, LayerStart start)
     : rule_(make_update_rule(settings, std::move(start))),
       distribution_(std::make_shared<SearchDistribution>(rule_->distribution())),
-      window_(settings.convergence_window) {}
+      window_(settings.convergence_window) {
+  if (settings.convergence_gain) gains_.emplace(settings.convergence_window);
+}
 
 bool LayerSearch::may_draw(const ExplorationSettings& settings) const {
   if (settings.rule == RuleKind::kPower || !settings.complete_generations) return true;
@@ -37,6 +39,7 @@ LayerSearch::Drawn LayerSearch::draw(const ExplorationSettings& settings, Random
 void LayerSearch::learn(const ToldRollout& told, int num_results_of_run) {
   ++num_results_;
   window_.add(told.rated.reward);
+  if (gains_) gains_->add(told.rated.reward);
   if (!rule_->learn(told, num_results_of_run)) return;
   distribution_ = std::make_shared<SearchDistribution>(rule_->distribution());
   factor_.reset();
@@ -47,7 +50,10 @@ bool LayerSearch::has_converged(const ExplorationSettings& settings) const {
       settings.rule == RuleKind::kPower ? settings.first_update : settings.population;
   const std::int64_t enough =
       std::int64_t{std::max(settings.convergence_window, first_update)} + settings.in_flight - 1;
-  return num_results_ >= enough && *window_.slope() < settings.convergence_slope;
+  if (num_results_ < enough) return false;
+  if (!settings.convergence_gain) return *window_.slope() < settings.convergence_slope;
+  const std::optional<double> share = gains_->share();
+  return share && *share < *settings.convergence_gain;
 }
 
 }  // namespace treeroll

@@ -15,7 +15,7 @@
 namespace treeroll {
 
 /// The search within one layer: lines 2 to 10 of thesis algorithm 2 around an update rule. Made
-/// anew at each switch. Holds what its rule holds and 2 M rewards, however long it runs.
+/// anew at each switch. Holds what its rule holds and a few times M rewards, however long it runs.
 class LayerSearch {
  public:
   LayerSearch(const ExplorationSettings& settings, LayerStart start);
@@ -40,7 +40,8 @@ class LayerSearch {
   void learn(const ToldRollout& told, int num_results_of_run);
 
   /// Enough results of this layer, max(M, S_init) + in_flight - 1, and the slope of the last M
-  /// below eps_conv, (3-7). The in_flight - 1 allow for results drawn before the latest updates. A
+  /// below eps_conv, (3-7); with convergence_gain, their gain below that share of the layer's
+  /// average instead. The in_flight - 1 allow for results drawn before the latest updates. A
   /// population rule's S_init is its population.
   bool has_converged(const ExplorationSettings& settings) const;
 
@@ -54,6 +55,7 @@ class LayerSearch {
   std::optional<Eigen::VectorXd>
       to_mirror_;  // normal numbers of the last draw, if it has no mirror
   RewardWindow window_;
+  std::optional<GainWindow> gains_;  // if convergence_gain asks for them
   std::int64_t num_drawn_ = 0;
   std::int64_t num_results_ = 0;
 };

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/architecture/equation_map.h"
 #include "tests/architecture/rooms.h"
 #include "tests/architecture/rules.h"
 #include "tests/architecture/source_file.h"
@@ -20,7 +21,11 @@ TEST(ArchitectureTest, NoRuleIsBrokenInTheTree) {
   for (const Finding& finding : check_tree(tree())) ADD_FAILURE() << to_string(finding);
 }
 
-// Guards the test above against looking at nothing.
+TEST(ArchitectureTest, TheMapOfTheThesissEquationsIsTrueAndWhole) {
+  for (const Finding& finding : check_equation_map(tree())) ADD_FAILURE() << to_string(finding);
+}
+
+// Guards the tests above against looking at nothing.
 TEST(ArchitectureTest, TheTreeWasRead) {
   const auto has = [](const std::string& path) {
     return std::any_of(tree().begin(), tree().end(), [&](const SourceFile& file) {
@@ -32,6 +37,7 @@ TEST(ArchitectureTest, TheTreeWasRead) {
   EXPECT_TRUE(has("common/base/settings_reader.cc"));
   EXPECT_TRUE(has("learner/core/study.h"));
   EXPECT_TRUE(has("deploy/test"));
+  EXPECT_TRUE(has(std::string(kEquationMapPath)));
   EXPECT_TRUE(has("tests/architecture/architecture_test.cc"));
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
+#include <algorithm>
 
 #include "common/base/random_stream.h"
 
@@ -60,6 +61,52 @@ TEST(RewardWindowTest, ForgetsWhatHasLeftIt) {
   RewardWindow window(4);
   for (const double reward : {100., -50., 9., 8., 7., 6.}) window.add(reward);
   EXPECT_DOUBLE_EQ(*window.slope(), -1);
+}
+
+TEST(GainWindowTest, IsTheRecentGainOfTheBestBesideTheAverageComputedByHand) {
+  GainWindow window(2);
+  const double rewards[] = {.1, .5, .3, .6, .6};
+  for (const double reward : rewards) window.add(reward);
+  // The best so far: .1 .5 .5 .6 .6; over the last two .6 - .5, over all four steps .6 - .1.
+  EXPECT_DOUBLE_EQ(*window.share(), (.1 / 2) / (.5 / 4));
+}
+
+TEST(GainWindowTest, AgreesWithTheWholeHistoryWhateverTheUnitOfTheReward) {
+  for (const int capacity : {1, 2, 7, 60}) {
+    for (std::uint32_t seed = 0; seed < 20; ++seed) {
+      RandomStream stream(seed, 0, 0, RandomPurpose::kPerturbation);
+      GainWindow window(capacity);
+      GainWindow in_other_units(capacity);
+      std::vector<double> best;
+      for (int i = 0; i < 200; ++i) {
+        const double reward = stream.next_uniform();
+        best.push_back(best.empty() ? reward : std::max(best.back(), reward));
+        window.add(reward);
+        in_other_units.add(8 * reward + 3);
+        if (i < capacity || best.back() == best.front()) {
+          EXPECT_FALSE(window.share()) << i;
+          continue;
+        }
+        const double recent = (best.back() - best[best.size() - 1 - capacity]) / capacity;
+        const double average = (best.back() - best.front()) / i;
+        EXPECT_NEAR(*window.share(), recent / average, 1e-12) << "seed " << seed << ", " << i;
+        EXPECT_NEAR(*in_other_units.share(), *window.share(), 1e-9);
+      }
+    }
+  }
+}
+
+TEST(GainWindowTest, IsOneOnALineAndSaysNothingOfAPlateau) {
+  GainWindow line(10);
+  GainWindow plateau(10);
+  for (int i = 0; i < 100; ++i) {
+    line.add(.25 * i);
+    plateau.add(.1);
+  }
+  EXPECT_DOUBLE_EQ(*line.share(), 1);
+  EXPECT_FALSE(plateau.share());
+  plateau.add(.2);
+  EXPECT_TRUE(plateau.share());
 }
 
 }  // namespace

@@ -51,39 +51,54 @@ Eigen::MatrixXd slope_of(const Component& component, int num_inputs) {
       .transpose();
 }
 
-TEST(ExperienceTest, KeepsTheLinearMapOfEachComponent) {
-  for (const FrameKind frames : {FrameKind::kEigenvector, FrameKind::kCholesky}) {
-    for (const auto& [num_inputs, num_outputs] :
-         {std::pair(1, 1), std::pair(2, 1), std::pair(1, 2), std::pair(3, 2)}) {
-      for (int seed = 0; seed < 10; ++seed) {
-        for (const int layer : {1, 2}) {
-          RandomStream random = stream(seed);
-          const Policy left{random_tree(random, frames, num_inputs, num_outputs), layer,
-                            ThetaLayout::kMeansCholesky};
-          const Eigen::VectorXd mean = left.theta() + .1 * normal_vector(random, left.theta_dim());
-          const Eigen::VectorXd rollout = mean + .3 * normal_vector(random, left.theta_dim());
-          const Policy next{left.tree_with(mean), layer + 1, left.layout};
-          const auto theta = project_experience(left, next, rollout);
-          ASSERT_TRUE(theta);
+constexpr ThetaLayout kLayoutsWithPsi[] = {
+    ThetaLayout::kMeansCholesky, ThetaLayout::kMeansPourahmadi, ThetaLayout::kReducedCholesky,
+    ThetaLayout::kReducedPourahmadi};
 
-          const Gmm acted = left.tree_with(rollout).layer(layer + 1);
-          const Gmm acts = next.tree_with(*theta).layer(layer + 1);
-          const Gmm before = next.tree.layer(layer + 1);
-          for (int k = 0; k < acted.num_components(); ++k) {
-            const Eigen::MatrixXd expected = slope_of(acted[k], num_inputs);
-            const Eigen::MatrixXd slope = slope_of(acts[k], num_inputs);
-            const double size = 1 + expected.norm();
-            EXPECT_LT((slope - expected).norm(), 1e-9 * size);
-            const Eigen::VectorXd offset =
-                acts[k].mean.tail(num_outputs) - slope * acts[k].mean.head(num_inputs);
-            const Eigen::VectorXd offset_expected =
-                acted[k].mean.tail(num_outputs) - expected * acted[k].mean.head(num_inputs);
-            EXPECT_LT((offset - offset_expected).norm(), 1e-9 * size * (1 + acted[k].mean.norm()));
-            // The input variance is not theta's, and has moved between mean and roll-out.
-            EXPECT_TRUE(
-                acts[k]
+/// The next layer, seen through the projected theta, has the linear map of each component that the
+/// roll-out had there.
+void expect_linear_maps_kept(const Policy& left, RandomStream& random) {
+  const int num_inputs = left.tree.input_dim();
+  const int num_outputs = left.tree.dim() - num_inputs;
+  const Eigen::VectorXd mean = left.theta() + .1 * normal_vector(random, left.theta_dim());
+  const Eigen::VectorXd rollout = mean + .3 * normal_vector(random, left.theta_dim());
+  const Policy next{left.tree_with(mean), left.layer + 1, left.layout};
+  const auto theta = project_experience(left, next, rollout);
+  ASSERT_TRUE(theta);
+
+  const Gmm acted = left.tree_with(rollout).layer(next.layer);
+  const Gmm acts = next.tree_with(*theta).layer(next.layer);
+  const Gmm before = next.tree.layer(next.layer);
+  for (int k = 0; k < acted.num_components(); ++k) {
+    const Eigen::MatrixXd expected = slope_of(acted[k], num_inputs);
+    const Eigen::MatrixXd slope = slope_of(acts[k], num_inputs);
+    const double size = 1 + expected.norm();
+    EXPECT_LT((slope - expected).norm(), 1e-9 * size);
+    const Eigen::VectorXd offset =
+        acts[k].mean.tail(num_outputs) - slope * acts[k].mean.head(num_inputs);
+    const Eigen::VectorXd offset_expected =
+        acted[k].mean.tail(num_outputs) - expected * acted[k].mean.head(num_inputs);
+    EXPECT_LT((offset - offset_expected).norm(), 1e-9 * size * (1 + acted[k].mean.norm()));
+    // The input variance is not theta's, and has moved between mean and roll-out.
+    EXPECT_TRUE(acts[k]
                     .covariance.topLeftCorner(num_inputs, num_inputs)
                     .isApprox(before[k].covariance.topLeftCorner(num_inputs, num_inputs), 1e-9));
+  }
+}
+
+TEST(ExperienceTest, KeepsTheLinearMapOfEachComponent) {
+  for (const FrameKind frames : {FrameKind::kEigenvector, FrameKind::kCholesky}) {
+    for (const ThetaLayout layout : kLayoutsWithPsi) {
+      for (const auto& [num_inputs, num_outputs] :
+           {std::pair(1, 1), std::pair(2, 1), std::pair(1, 2), std::pair(3, 2)}) {
+        for (int seed = 0; seed < 10; ++seed) {
+          for (const int layer : {1, 2}) {
+            SCOPED_TRACE(testing::Message() << kThetaLayoutNames[static_cast<std::size_t>(layout)]
+                                            << ", dI " << num_inputs << ", dO " << num_outputs
+                                            << ", seed " << seed << ", layer " << layer);
+            RandomStream random = stream(seed);
+            expect_linear_maps_kept(
+                {random_tree(random, frames, num_inputs, num_outputs), layer, layout}, random);
           }
         }
       }
@@ -95,12 +110,14 @@ TEST(ExperienceTest, KeepsTheWholeCurveWhereTheInputVariancesStandStill) {
   for (int seed = 0; seed < 20; ++seed) {
     RandomStream random = stream(seed);
     // Means alone: no covariance of the layer left moves, so no frame turns.
-    const Policy means{random_tree(random, FrameKind::kEigenvector, 2, 2), 2, ThetaLayout::kMeans};
+    std::vector<Policy> policies{
+        {random_tree(random, FrameKind::kEigenvector, 2, 2), 2, ThetaLayout::kMeans}};
     // Cholesky frames: the factor's input block is not explored, so the children's input
     // variances stay although their couplings move.
-    const Policy cholesky{random_tree(random, FrameKind::kCholesky, 2, 2), 2,
-                          ThetaLayout::kMeansCholesky};
-    for (const Policy& left : {means, cholesky}) {
+    for (const ThetaLayout layout : kLayoutsWithPsi) {
+      policies.push_back({random_tree(random, FrameKind::kCholesky, 2, 2), 2, layout});
+    }
+    for (const Policy& left : policies) {
       const Eigen::VectorXd mean = left.theta() + .2 * normal_vector(random, left.theta_dim());
       const Eigen::VectorXd rollout = mean + normal_vector(random, left.theta_dim());
       const Policy next{left.tree_with(mean), 3, left.layout};
@@ -111,7 +128,8 @@ TEST(ExperienceTest, KeepsTheWholeCurveWhereTheInputVariancesStandStill) {
       for (int i = 0; i < 20; ++i) {
         const Eigen::VectorXd input = 3 * normal_vector(random, 2);
         const Eigen::VectorXd expected = acted.regress(input);
-        EXPECT_LT((acts.regress(input) - expected).norm(), 1e-8 * (1 + expected.norm())) << seed;
+        EXPECT_LT((acts.regress(input) - expected).norm(), 1e-8 * (1 + expected.norm()))
+            << seed << " " << kThetaLayoutNames[static_cast<std::size_t>(left.layout)];
       }
     }
   }

@@ -47,6 +47,7 @@ TEST(ExplorationSettingsTest, ReadsEveryKey) {
                       {"best_considered", 5},
                       {"convergence_window", 10},
                       {"convergence_slope", 1e-3},
+                      {"convergence_gain", .3},
                       {"noise_variance", {.1, 1}},
                       {"initial_noise_factor", .03},
                       {"minimum_noise_fraction", .02},
@@ -62,6 +63,7 @@ TEST(ExplorationSettingsTest, ReadsEveryKey) {
   expected.best_considered = 5;
   expected.convergence_window = 10;
   expected.convergence_slope = 1e-3;
+  expected.convergence_gain = .3;
   expected.noise_variance = {.1, 1};
   expected.initial_noise_factor = .03;
   expected.minimum_noise_fraction = .02;
@@ -177,6 +179,8 @@ TEST(ExplorationSettingsTest, NamesKeyAndRuleOfWhatItRefuses) {
        "exploration.convergence_window = 1: must be an integer from 2 to 100000"},
       {"convergence_slope", "low",
        "exploration.convergence_slope = \"low\": must be a finite number"},
+      {"convergence_gain", 0,
+       "exploration.convergence_gain = 0: must be a finite number above 0 and at most 1"},
       {"noise_variance", {.01, .3}, "exploration.noise_variance = [0.01,0.3]: must hold 3 numbers"},
       {"noise_variance",
        {.01, -.3, .02},

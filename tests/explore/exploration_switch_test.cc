@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "learner/explore/convergence.h"
@@ -77,8 +78,37 @@ TEST(ExplorationSwitchTest, WaitsUntilTheSlopeOfTheWindowIsBelowTheThreshold) {
   }
 }
 
+TEST(ExplorationSwitchTest, WithAGainInPlaceOfTheSlopeLeavesWhenTheBestHasAllButStoppedRising) {
+  // Rewards that rise ever slower, with bad spells that the slope takes for convergence.
+  const auto reward = [](int i) { return 1 - std::exp(-i / 25.) - (i % 20 >= 13 ? .4 : 0); };
+  const auto first_switch = [&](std::optional<double> gain, int in_flight) {
+    ExplorationSettings settings = two_layers(5, 15, in_flight);
+    settings.convergence_gain = gain;
+    Exploration run = run_over_means(settings, two_layer_tree());
+    std::vector<int> layers;
+    GainWindow expected(15);
+    for (int i = 0; run.switches().empty(); ++i) {
+      ask_all(run, layers);
+      run.tell(i, reward(i), RolloutStatus::kOk);
+      expected.add(reward(i));
+      if (!gain) continue;
+      const bool is_enough = i + 1 >= 15 + in_flight - 1;
+      const bool has_slowed = expected.share() && *expected.share() < *gain;
+      EXPECT_EQ(!run.switches().empty(), is_enough && has_slowed) << i;
+    }
+    return run.switches()[0];
+  };
+  EXPECT_LT(first_switch({}, 1), 25);
+  EXPECT_GT(first_switch(.3, 1), 40);
+  EXPECT_GT(first_switch(.1, 1), first_switch(.3, 1));
+  EXPECT_EQ(first_switch(.3, 4), first_switch(.3, 1)) << "long past the least number of results";
+}
+
 TEST(ExplorationSwitchTest, StaysWithEqualRewardsAndInTheLastLayer) {
   Exploration equal = run_over_means(two_layers(5, 10, 1), two_layer_tree());
+  ExplorationSettings by_gain = two_layers(5, 10, 1);
+  by_gain.convergence_gain = 1;
+  Exploration equal_by_gain = run_over_means(by_gain, two_layer_tree());
   ExplorationSettings last_only = two_layers(5, 10, 1);
   last_only.first_layer = 2;
   Exploration last = run_over_means(last_only, two_layer_tree());
@@ -86,10 +116,13 @@ TEST(ExplorationSwitchTest, StaysWithEqualRewardsAndInTheLastLayer) {
   for (int i = 0; i < 200; ++i) {
     ask_all(equal, layers);
     equal.tell(i, .1, RolloutStatus::kOk);
+    ask_all(equal_by_gain, layers);
+    equal_by_gain.tell(i, .1, RolloutStatus::kOk);
     ask_all(last, layers);
     last.tell(i, falling(i), RolloutStatus::kOk);
   }
   EXPECT_TRUE(equal.switches().empty());
+  EXPECT_TRUE(equal_by_gain.switches().empty());
   EXPECT_TRUE(last.switches().empty());
   EXPECT_EQ(last.policy(2).layer, 2);
 }

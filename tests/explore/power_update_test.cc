@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/QR>
+
+#include "common/base/random_stream.h"
+
 namespace treeroll {
 namespace {
 
@@ -46,6 +50,30 @@ TEST(PowerUpdateTest, DoesNotDependOnTheScaleOfTheRewards) {
   for (const double scale : {0x1p-1000, 0x1p1000, 0x1p1023}) {
     EXPECT_EQ(scaled(scale).mean, scaled(1).mean) << scale;
     EXPECT_EQ(scaled(scale).noise, scaled(1).noise) << scale;
+  }
+}
+
+TEST(PowerUpdateTest, MovesWithATurnAndAShiftOfTheSpace) {
+  // An equal minimum noise in each direction turns into itself.
+  for (std::uint32_t seed = 0; seed < 20; ++seed) {
+    RandomStream random(seed, 0, 0, RandomPurpose::kPerturbation);
+    const auto any = [&](Eigen::Index rows, Eigen::Index columns) -> Eigen::MatrixXd {
+      return Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return random.next_normal(); });
+    };
+    const Eigen::MatrixXd turn = Eigen::HouseholderQR<Eigen::MatrixXd>(any(4, 4)).householderQ();
+    const Eigen::VectorXd shift = any(4, 1);
+    const Eigen::VectorXd mean = any(4, 1);
+    std::vector<RatedRollout> here;
+    std::vector<RatedRollout> there;
+    for (int i = 0; i < 6; ++i) {
+      here.push_back({i, random.next_uniform(), any(4, 1)});
+      there.push_back({i, here.back().reward, turn * here.back().theta + shift});
+    }
+    const Eigen::VectorXd minimum = Eigen::VectorXd::Constant(4, .1);
+    const auto updated = power_update(here, mean, minimum);
+    const auto turned = power_update(there, turn * mean + shift, minimum);
+    EXPECT_LT((turned->mean - (turn * updated->mean + shift)).norm(), 1e-13) << seed;
+    EXPECT_LT((turned->noise - turn * updated->noise * turn.transpose()).norm(), 1e-12) << seed;
   }
 }
 

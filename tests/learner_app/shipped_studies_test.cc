@@ -138,7 +138,13 @@ TEST(ShippedStudiesTest, TheSpiralComparesTwoLayoutsOfOneStart) {
   EXPECT_THAT(names_of(study), ElementsAre("cholesky", "pourahmadi"));
   EXPECT_EQ(study.conditions[0].layout, ThetaLayout::kMeansCholesky);
   EXPECT_EQ(study.conditions[1].layout, ThetaLayout::kMeansPourahmadi);
-  EXPECT_EQ(study.conditions[0].start.finest().num_components(), 6);
+  const Gmm start = study.conditions[0].start.finest();
+  ASSERT_EQ(start.num_components(), 6);
+  for (int k = 0; k < 6; ++k) {
+    EXPECT_EQ(start[k].mean, Eigen::Vector3d(k * M_PI, 0, 0));
+    EXPECT_EQ(start[k].covariance, Eigen::Vector3d(.5, .05, .05).asDiagonal().toDenseMatrix());
+    EXPECT_NEAR(start[k].prior, 1. / 6, 1e-15);
+  }
   // Table A-1.
   for (const auto& condition : study.conditions) {
     EXPECT_EQ(condition.exploration.num_rollouts, 1000);

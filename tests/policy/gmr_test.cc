@@ -58,6 +58,24 @@ TEST(GmrTest, IsALineForOneComponent) {
   }
 }
 
+TEST(GmrTest, IsLinearForOneComponentInAnyDimensions) {
+  // Affine: along any line from x to y the output goes in proportion. And through the mean.
+  for (std::uint32_t number = 0; number < 20; ++number) {
+    test::RandomMixture random(number);
+    for (const auto& [in, dim] : {std::pair{1, 2}, {1, 4}, {2, 3}, {3, 5}}) {
+      const Gmm gmm = random.gmm(in, dim, 1);
+      const Gmr gmr(gmm);
+      const VectorXd x = random.vector(in), y = 100 * random.vector(in);
+      for (const double part : {-2., .3, 7.}) {
+        const VectorXd between = gmr.regress(x + part * (y - x));
+        const VectorXd expected = gmr.regress(x) + part * (gmr.regress(y) - gmr.regress(x));
+        EXPECT_LT((between - expected).norm(), 1e-10 * (1 + expected.norm())) << number;
+      }
+      EXPECT_EQ(gmr.regress(gmm[0].mean.head(in)), gmm[0].mean.tail(dim - in));
+    }
+  }
+}
+
 TEST(GmrTest, GivesTheSameBitsForANumberAndAVectorOfOne) {
   test::RandomMixture random(4);
   const Gmr gmr(random.gmm(1, 2, 5));
@@ -102,6 +120,46 @@ TEST(GmrTest, DoesNotNeedPriorsThatSumToOne) {
   const double before = Gmr(Gmm(1, components)).regress(.3);
   for (Component& component : components) component.prior *= 17;
   EXPECT_NEAR(Gmr(Gmm(1, components)).regress(.3), before, 1e-13);
+}
+
+TEST(GmrTest, GivesTheMomentsOfTheDensityOfTheOutputAtAnInput) {
+  // An independent way to and the exact: the joint density summed over the
+  // output on a fine grid.
+  for (std::uint32_t number = 0; number < 10; ++number) {
+    test::RandomMixture random(number);
+    const Gmm gmm = random.gmm(1, 2, 3);
+    const Gmr gmr(gmm);
+    const VectorXd x = random.vector(1);
+    double sum = 0, first = 0, second = 0;
+    for (double y = -60; y <= 60; y += .01) {
+      double density = 0;
+      for (const Component& c : gmm.components()) {
+        const VectorXd offset = Eigen::Vector2d(x[0], y) - c.mean;
+        density += c.prior * std::exp(-.5 * offset.dot(c.covariance.inverse() * offset)) /
+                   std::sqrt(c.covariance.determinant());
+      }
+      sum += density;
+      first += density * y;
+      second += density * y * y;
+    }
+    const double mean = first / sum;
+    EXPECT_NEAR(gmr.regress(x)[0], mean, 1e-9) << number;
+    EXPECT_NEAR(gmr.variance(x, VarianceKind::kTotal)(0, 0), second / sum - mean * mean, 1e-9)
+        << number;
+  }
+}
+
+TEST(GmrTest, GivesTheConditionalVarianceForOneComponentWhicheverIsAskedFor) {
+  for (const auto& [in, dim] : {std::pair{1, 2}, {1, 3}, {2, 3}, {3, 5}}) {
+    test::RandomMixture random(9);
+    const Gmm gmm = random.gmm(in, dim, 1);
+    // the inverse of the block of the outputs of the inverse.
+    const MatrixXd inverse = gmm[0].covariance.inverse();
+    const MatrixXd expected = inverse.bottomRightCorner(dim - in, dim - in).inverse();
+    for (const VarianceKind kind : {VarianceKind::kTotal, VarianceKind::kAsPrinted}) {
+      EXPECT_LT((Gmr(gmm).variance(random.vector(in), kind) - expected).norm(), 1e-12);
+    }
+  }
 }
 
 TEST(GmrTest, GivesTheTotalVarianceOfTheOutputs) {

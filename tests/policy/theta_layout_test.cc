@@ -67,6 +67,61 @@ TEST(ThetaLayoutTest, ListsTheOutputsMeansAloneWhereReduced) {
               ::testing::ElementsAre(-2, -3, 5, 7));
 }
 
+TEST(ThetaLayoutTest, CholeskyGivesTheCovarianceOfEquationA30) {
+  // psi_1 and psi_2 are theta's for one input and two outputs; psi_3 and all zeta are phi's.
+  const double z1 = 1.5, z2 = .7, z3 = 1.2, psi1 = .4, psi2 = -.9, psi3 = .6;
+  Eigen::Matrix3d l;
+  l << z1, 0, 0, 0, z2, 0, 0, psi3, z3;  // with the explored psi still 0
+  const Component start{1, Eigen::Vector3d::Zero(), l * l.transpose()};
+  const Gmm gmm = with_theta(ThetaLayout::kMeansCholesky, Gmm(1, {start}),
+                             (VectorXd(5) << 0, 0, 0, psi1, psi2).finished());
+  Eigen::Matrix3d expected;
+  expected << z1 * z1, psi1 * z1, psi2 * z1,
+      psi1 * z1, psi1 * psi1 + z2 * z2, psi1 * psi2 + psi3 * z2,
+      psi2 * z1, psi1 * psi2 + psi3 * z2, psi2 * psi2 + psi3 * psi3 + z3 * z3;
+  EXPECT_LT((gmm[0].covariance - expected).norm(), 1e-14);
+}
+
+TEST(ThetaLayoutTest, CholeskysPsiFollowsTheRecursionOfA23) {
+  // L_ij = (S_ij - sum_{k<j} L_ik L_jk) / L_jj, column by column, as it stands.
+  for (const auto& [in, dim] : {std::pair{1, 2}, {1, 3}, {2, 3}, {3, 5}}) {
+    test::RandomMixture random(4);
+    const Gmm gmm = random.gmm(in, dim, 1);
+    const MatrixXd& s = gmm[0].covariance;
+    MatrixXd l = MatrixXd::Zero(dim, dim);
+    for (int j = 0; j < dim; ++j) {
+      for (int i = j; i < dim; ++i) {
+        double rest = s(i, j);
+        for (int k = 0; k < j; ++k) rest -= l(i, k) * l(j, k);
+        l(i, j) = i == j ? std::sqrt(rest) : rest / l(j, j);
+      }
+    }
+    const VectorXd theta = to_theta(ThetaLayout::kMeansCholesky, gmm);
+    int next = dim;
+    for (int i = in; i < dim; ++i) {
+      for (int j = 0; j < in; ++j) EXPECT_NEAR(theta[next++], l(i, j), 1e-12);
+    }
+    EXPECT_EQ(next, theta.size());
+  }
+}
+
+TEST(ThetaLayoutTest, PourahmadisPsiPredictsEachVariableFromThoseBeforeIt) {
+  // the coefficients of the best linear prediction of an output from the inputs and from
+  // the outputs before it; theta holds those of the inputs.
+  for (const auto& [in, dim] : {std::pair{1, 2}, {1, 3}, {2, 3}, {2, 5}}) {
+    test::RandomMixture random(5);
+    const Gmm gmm = random.gmm(in, dim, 1);
+    const MatrixXd& s = gmm[0].covariance;
+    const VectorXd theta = to_theta(ThetaLayout::kMeansPourahmadi, gmm);
+    for (int row = in; row < dim; ++row) {
+      const VectorXd coefficients = s.topLeftCorner(row, row).llt().solve(s.col(row).head(row));
+      for (int column = 0; column < in; ++column) {
+        EXPECT_NEAR(theta[dim + (row - in) * in + column], coefficients[column], 1e-12);
+      }
+    }
+  }
+}
+
 TEST(ThetaLayoutTest, PourahmadiGivesTheCovarianceOfEquationA28) {
   // psi_1 and psi_2 are theta's for one input and two outputs; psi_3 and all zeta are phi's.
   const double z1 = 1.5, z2 = .7, z3 = 1.2, psi1 = .4, psi2 = -.9, psi3 = .6;

@@ -1,6 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
 
 #include "tests/thesis/run_study.h"
 
@@ -42,6 +46,36 @@ TEST_F(SwingUpLearningTest, Section432NoneOfTheMethodsIsGuaranteedToGiveAWorking
 TEST_F(SwingUpLearningTest, Section432LayersOneAndTwoConvergeToAboutTheSameReward) {
   EXPECT_NEAR(mean_best(of_condition(runs(), "layer_1.rk4")),
               mean_best(of_condition(runs(), "layer_2.rk4")), .05);
+}
+
+constexpr double kApart = .02;
+constexpr double kMeanApart = .002;
+
+// Draws before the first update know no rewards: the same policies on both plants, which differ by
+// the integration error of ODE's steps of 1 ms and by nothing else. swing_up_plants_test.cc goes on
+// from there.
+TEST(SwingUpPlantsAgreeTest, Section432TheSamePoliciesGetTheSameRewardsOnOde) {
+  const std::vector<RunRecord> runs = run_study(
+      kStudies / "thesis_4_3.toml", {"study.seed=2", "study.repetitions=10", "study.rollouts=10"});
+  double largest = 0, sum = 0;
+  int count = 0;
+  for (const std::string model : {"flat", "layer_1", "layer_2", "tree", "top_down_tree"}) {
+    const std::vector<RunRecord> ode = of_condition(runs, model + ".ode");
+    const std::vector<RunRecord> rk4 = of_condition(runs, model + ".rk4");
+    for (std::size_t run = 0; run < ode.size(); ++run) {
+      for (std::size_t i = 0; i < ode[run].rollouts.size(); ++i) {
+        const double apart = std::abs(ode[run].rollouts[i].reward - rk4[run].rollouts[i].reward);
+        largest = std::max(largest, apart);
+        sum += apart;
+        ++count;
+        EXPECT_LT(apart, kApart) << model << " repetition " << run << " roll-out " << i;
+      }
+    }
+  }
+  std::printf("  %d policies on both plants: mean difference %.4f, largest %.4f\n", count,
+              sum / count, largest);
+  EXPECT_EQ(count, 500);
+  EXPECT_LT(sum / count, kMeanApart);
 }
 
 }  // namespace

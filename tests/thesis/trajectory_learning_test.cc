@@ -1,12 +1,14 @@
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <map>
 #include <string>
 
 #include "tests/thesis/run_study.h"
 
-/// Sections 4-1-2 and 4-2-2: learning trajectories. The figures are means over 30 repetitions of
-/// the rewards near roll-outs 50, 100, 200 and 400, found independently with other random numbers.
+/// Sections 4-1-2, 4-2-2 and A-4-3: learning trajectories. The figures are means over 30
+/// repetitions of the rewards near roll-outs 50, 100, 200 and 400, found independently with other
+/// random numbers.
 namespace treeroll {
 namespace {
 
@@ -65,6 +67,20 @@ TEST(TrajectoryLearningTest, Sections412And422TheLearningCurvesComeOut) {
       expect("flat", row.flat[i]);
       expect("tree", row.tree[i]);
     }
+  }
+}
+
+TEST(TrajectoryLearningTest, SectionA43TheLearningCurvesOfTheSpiralComeOut) {
+  const int places[] = {200, 400, 1000};
+  const double cholesky[] = {.053, .129, .535};
+  const double pourahmadi[] = {.049, .106, .393};
+  for (int i = 0; i < 3; ++i) {
+    const double of_cholesky = near("spiral.toml", "cholesky", places[i]);
+    const double of_pourahmadi = near("spiral.toml", "pourahmadi", places[i]);
+    std::printf("  near roll-out %d: Cholesky %.3f, Pourahmadi %.3f\n", places[i], of_cholesky,
+                of_pourahmadi);
+    EXPECT_NEAR(of_cholesky, cholesky[i], kTolerance) << places[i];
+    EXPECT_NEAR(of_pourahmadi, pourahmadi[i], kTolerance) << places[i];
   }
 }
 
