@@ -25,6 +25,7 @@
 #include "learner/core/carry_out.h"
 #include "learner/core/learner_core.h"
 #include "learner/journal/journal_file.h"
+#include "learner/report/atomic_file.h"
 #include "learner/report/summary.h"
 #include "learner/report/whole_file.h"
 
@@ -67,9 +68,11 @@ class LearnerDaemon : private EffectHandler {
     core_ = std::make_unique<LearnerCore>(std::move(study), settings_);
   }
 
-  /// Opens the journal, folds what it holds, and begins to write.
-  void open_journal(const fs::path& path, const ContentHash& study_id) {
-    journal_.emplace(path);
+  /// Takes the journal for this learner alone.
+  void lock_journal(const fs::path& path) { journal_.emplace(path); }
+
+  /// Folds what the journal holds, and begins to write.
+  void continue_journal(const fs::path& path, const ContentHash& study_id) {
     const JournalTail tail = fold_journal(path, study_id, loop_.now(), *core_);
     if (tail.torn_bytes > 0) {
       spdlog::warn("{}: cut off {} bytes that an interrupted learner left", path.string(),
@@ -97,6 +100,12 @@ class LearnerDaemon : private EffectHandler {
       throw ConfigError("task", "", core_->failure());
     }
     finish();
+  }
+
+  /// A clean end, once the results are written.
+  void seal_journal() {
+    journal_->append(JournalSeal{}, wall_time_us());
+    journal_->sync();
   }
 
   const LearnerCore& core() const { return *core_; }
@@ -193,8 +202,6 @@ class LearnerDaemon : private EffectHandler {
   void finish() {
     sync();  // and the last acknowledgements
     if (failure_) std::rethrow_exception(failure_);
-    journal_->append(JournalSeal{}, wall_time_us());
-    journal_->sync();
   }
 
   transport::Loop loop_;
@@ -248,9 +255,15 @@ int run_learner(const LearnerOptions& options) {
   if (!resumes) check_state_directory(directory);
 
   LearnerDaemon daemon(loaded.study, settings, options);
-  if (!resumes) make_state_directory(directory, loaded.resolved_toml);
+  make_directories_durably(directory);
+  daemon.lock_journal(journal_of(directory));
+  if (!resumes) {
+    check_state_directory(directory);  // again: another learner may have been faster to the lock
+    write_atomically(study_of(directory), loaded.resolved_toml);  // and the journal's name lasts
+  }
   if (options.salvage) salvage(journal_of(directory));
-  daemon.open_journal(journal_of(directory), content_hash(read_whole_file(study_of(directory))));
+  daemon.continue_journal(journal_of(directory),
+                          content_hash(read_whole_file(study_of(directory))));
   spdlog::info("learner {:x}, study {}: {} conditions x {} repetitions, {} {}", settings.learner_id,
                loaded.study.name, loaded.study.conditions.size(), loaded.study.repetitions,
                resumes ? "goes on in" : "results go to", directory.string());
@@ -271,6 +284,7 @@ int run_learner(const LearnerOptions& options) {
   if (const std::string failures = write_results(directory, runs); !failures.empty()) {
     throw std::runtime_error(failures);
   }
+  daemon.seal_journal();
   if (daemon.core().outcome() != LearnerCore::Outcome::kDone) {
     spdlog::warn("stopped early with {} roll-outs; go on with --resume {}", summary.ledger.applied,
                  directory.string());

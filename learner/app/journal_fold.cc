@@ -4,6 +4,8 @@
 
 #include <stdexcept>
 
+#include "learner/report/atomic_file.h"
+
 namespace treeroll {
 namespace {
 
@@ -74,7 +76,6 @@ JournalTail fold_journal(const fs::path& journal, const ContentHash& study_id, T
 }
 
 Salvaged salvage_journal(const fs::path& journal) {
-  const JournalWriter lock(journal);
   Salvaged salvaged;
   const Result<JournalTail> tail = read_journal(journal, [&](const JournalRecord& record) {
     salvaged.bytes_kept += framed_size(record);
@@ -84,7 +85,7 @@ Salvaged salvage_journal(const fs::path& journal) {
   salvaged.damage = tail.error().message;
   salvaged.bytes_lost = fs::file_size(journal) - salvaged.bytes_kept;
   salvaged.whole = free_name(journal);
-  fs::copy_file(journal, salvaged.whole);
+  copy_durably(journal, salvaged.whole);
   fs::resize_file(journal, salvaged.bytes_kept);
   return salvaged;
 }

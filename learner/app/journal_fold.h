@@ -30,7 +30,8 @@ struct Salvaged {
 };
 
 /// Copies a damaged journal aside (JOURNAL.damaged, .damaged2, ..) and keeps the part before the
-/// damage. Throws std::runtime_error if it cannot, or a learner is at work.
+/// damage. Throws std::runtime_error if it cannot. Precondition: the caller holds the journal's
+/// lock (JournalWriter).
 Salvaged salvage_journal(const std::filesystem::path& journal);
 
 }  // namespace treeroll

@@ -138,8 +138,8 @@ bool verify(const Places& places) {
   if (!is_journal(places, tail)) return false;
   say(places, tail, contents);
   fmt::print("verified   every draw and update is that of the study and the rewards\n");
-  if (!fs::exists(places.directory / "runs.csv")) {
-    fmt::print("results    no files yet\n");
+  if (!tail.sealed) {
+    fmt::print("results    not compared: a learner writes them before it seals the journal\n");
     return true;
   }
   const std::optional<int> num_files = compare_results(places.directory, core.run_records());

@@ -22,9 +22,13 @@ void check_state_directory(const fs::path& directory) {
   if (status.type() == fs::file_type::not_found) return;
   if (error) refuse(error.message());
   if (!fs::is_directory(status)) refuse("must be a directory");
-  const bool empty = fs::is_empty(directory, error);
+  for (const fs::path& entry : fs::directory_iterator(directory, error)) {
+    // An empty journal is what a learner leaves that has only come as far as locking it.
+    std::error_code not_a_file;
+    if (entry == journal_of(directory) && fs::file_size(entry, not_a_file) == 0) continue;
+    refuse("must be new or empty; it may hold what an earlier study has yielded");
+  }
   if (error) refuse(error.message());
-  if (!empty) refuse("must be new or empty; it may hold what an earlier study has yielded");
 }
 
 void check_resumable(const fs::path& directory) {
@@ -35,11 +39,6 @@ void check_resumable(const fs::path& directory) {
                       fmt::format("must be the state directory of a study; it has no {}",
                                   file.filename().string()));
   }
-}
-
-void make_state_directory(const fs::path& directory, const std::string& resolved_toml) {
-  fs::create_directories(directory / "policies");
-  write_atomically(study_of(directory), resolved_toml);
 }
 
 std::string write_results(const fs::path& directory, const std::vector<RunRecord>& runs) {

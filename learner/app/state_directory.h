@@ -15,10 +15,8 @@ namespace treeroll {
 std::filesystem::path study_of(const std::filesystem::path& directory);
 std::filesystem::path journal_of(const std::filesystem::path& directory);
 
-/// Throws ConfigError unless the path is free or an empty directory.
+/// Throws ConfigError unless the path is free or a directory in which nothing has been learnt.
 void check_state_directory(const std::filesystem::path& directory);
-/// Makes it and writes the resolved study. Throws std::runtime_error naming the path.
-void make_state_directory(const std::filesystem::path& directory, const std::string& resolved_toml);
 /// Throws ConfigError unless a learner has begun a study there.
 void check_resumable(const std::filesystem::path& directory);
 /// Writes the results, the small ones first; goes on after a failure.

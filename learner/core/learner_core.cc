@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/base/check.h"
+#include "common/base/cut_text.h"
 #include "learner/core/batching.h"
 #include "learner/core/dispatch.h"
 
@@ -256,7 +257,7 @@ void LearnerCore::refuse(WorkerEntry& worker, const ContentHash& definition,
                          const std::string& reason, TimePoint now, LearnerEffects& effects) {
   const bool is_new = !worker.refused.contains(definition);
   if (is_new && worker.refuses_too_much()) return;
-  worker.refused[definition] = {reason.substr(0, protocol::kReasonBytesMax), now + kRefusalLasts};
+  worker.refused[definition] = {cut_text(reason, protocol::kReasonBytesMax), now + kRefusalLasts};
   if (!is_new) return;
   log(now,
       {LogLine::Level::kWarning, "definitions refused",

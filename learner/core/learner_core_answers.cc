@@ -12,6 +12,11 @@ namespace {
 
 constexpr double kTimingWeight = .1;
 
+/// False for what is no number, too.
+bool is_in_range(double reward, const TaskFacts& facts) {
+  return reward >= facts.reward_min && reward <= facts.reward_max;
+}
+
 }  // namespace
 
 void LearnerCore::accept(WorkerEntry& worker, const protocol::RolloutResult& result, TimePoint now,
@@ -30,7 +35,7 @@ void LearnerCore::accept(WorkerEntry& worker, const protocol::RolloutResult& res
     return;
   }
   const bool ok = result.status == RolloutStatus::kOk;
-  if (ok && !(result.reward >= facts->reward_min && result.reward <= facts->reward_max)) {
+  if (ok && !is_in_range(result.reward, *facts)) {
     return distrust(worker, result, *facts, now, effects);
   }
 
@@ -56,6 +61,14 @@ void LearnerCore::recover(const AcceptedResult& result, TimePoint now, LearnerEf
     failure_ = fmt::format("the journal answers run {} roll-out {}, which this study {}",
                            result.key.run, result.key.number,
                            open ? "draws with other numbers" : "does not ask for at this place");
+    outcome_ = Outcome::kFailed;
+    return;
+  }
+  const TaskFacts* facts = facts_of(result.key.run);
+  if (facts && result.status == RolloutStatus::kOk && !is_in_range(result.reward, *facts)) {
+    failure_ = fmt::format(
+        "the journal gives run {} roll-out {} reward {}, outside the task's range {} to {}",
+        result.key.run, result.key.number, result.reward, facts->reward_min, facts->reward_max);
     outcome_ = Outcome::kFailed;
     return;
   }

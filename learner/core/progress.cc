@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/base/cut_text.h"
 #include "learner/core/learner_core.h"
 
 namespace treeroll {
@@ -69,7 +70,7 @@ void LearnerCore::publish_status(TimePoint now, LearnerEffects& effects) {
   protocol::LearnerStatus status;
   status.learner_id = settings_.learner_id;
   status.study = study_.name;
-  status.waiting_for = why_waiting(now);
+  status.waiting_for = cut_text(why_waiting(now), protocol::kStringBytesMax);
   status.elapsed_s = to_seconds(now - started_at_);
   status.num_runs = static_cast<std::int32_t>(runs_.size());
   status.num_runs_done = num_done_;

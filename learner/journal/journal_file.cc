@@ -87,10 +87,19 @@ Result<JournalTail> read_journal(std::istream& file, const std::string& name,
                                    framed.error().message, window.offset()));
       }
       tail.torn_bytes = window.offset() - offset;
+      // The first record is on stable storage before a second one is written.
+      if (tail.num_records == 0 && tail.torn_bytes > framed_size(JournalStart{})) {
+        return Error{
+            fmt::format("{}: is no journal: not one record is in its {} bytes", name, tail.torn_bytes)};
+      }
       break;
     }
     if (framed->number != tail.num_records || framed->check_before != tail.last_check) {
       return damaged(tail.num_records, window.offset(), "it does not follow the record before it");
+    }
+    const bool begins = tail.num_records == 0 || tail.sealed;
+    if (begins && !std::holds_alternative<JournalStart>(framed->record)) {
+      return damaged(tail.num_records, window.offset(), "a start must stand here");
     }
     on_record(framed->record);
     ++tail.num_records;

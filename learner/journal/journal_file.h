@@ -21,8 +21,10 @@ struct JournalTail {
 
 /// Reads a journal from its start and gives each record to `on_record`.
 /// What a crash leaves, a tail without any valid record in it, is reported in the result. Damage
-/// with valid records behind it, a seal that does not verify, records out of order, are errors that
-/// name file, record and offset. Whatever `on_record` throws passes through.
+/// with valid records behind it, a seal that does not verify, records out of order, a first
+/// record or one behind a seal that is no start, are errors that
+/// name file, record and offset; so is a file without a record that is longer than what a crash
+/// leaves of the first. Whatever `on_record` throws passes through.
 Result<JournalTail> read_journal(const std::filesystem::path& path,
                                  const std::function<void(const JournalRecord&)>& on_record);
 /// The same of bytes that are no file. `name` stands for the path in errors.

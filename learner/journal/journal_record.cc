@@ -95,7 +95,9 @@ Result<JournalRecord> record_of(std::string_view payload) {
     const auto status = cursor.take<std::uint8_t>();
     result.worker_id = cursor.take<std::int64_t>();
     if (status >= kNumRolloutStatuses) return Error{fmt::format("status {} is unknown", status)};
-    if (!std::isfinite(result.reward)) return Error{"the reward is not finite"};
+    if (!std::isfinite(result.reward) || result.reward < 0) {
+      return Error{fmt::format("reward {} is not finite or negative", result.reward)};
+    }
     result.status = static_cast<RolloutStatus>(status);
     return JournalRecord(result);
   }

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstdio>
+#include <fstream>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -81,6 +82,30 @@ void write_atomically(const std::filesystem::path& path, std::string_view text) 
   AtomicFile file(path);
   file.append(text);
   file.commit();
+}
+
+void copy_durably(const std::filesystem::path& from, const std::filesystem::path& to) {
+  std::ifstream source(from, std::ios::binary);
+  AtomicFile copy(to);
+  std::string block(kBufferBytes, '\0');
+  while (source) {
+    source.read(block.data(), static_cast<std::streamsize>(block.size()));
+    copy.append(std::string_view(block).substr(0, static_cast<std::size_t>(source.gcount())));
+  }
+  if (!source.eof()) throw std::runtime_error(fmt::format("cannot read {}", from.string()));
+  copy.commit();
+}
+
+void make_directories_durably(const std::filesystem::path& directory) {
+  if (directory.empty() || std::filesystem::is_directory(directory)) return;
+  make_directories_durably(directory.parent_path());
+  std::error_code error;
+  std::filesystem::create_directory(directory, error);
+  if (!error) error.assign(sync_folder(directory.parent_path()), std::generic_category());
+  if (error) {
+    throw std::runtime_error(
+        fmt::format("cannot make {}: {}", directory.string(), error.message()));
+  }
 }
 
 }  // namespace treeroll

@@ -38,4 +38,12 @@ class AtomicFile {
 /// One whole file.
 void write_atomically(const std::filesystem::path& path, std::string_view text);
 
+/// Copies a file under a name that is not taken yet: when this returns the copy is on stable
+/// storage. Throws std::runtime_error with the path and the reason.
+void copy_durably(const std::filesystem::path& from, const std::filesystem::path& to);
+
+/// Makes a directory and those above it that are missing, their names on stable storage when this
+/// returns. Throws std::runtime_error with the path and the reason.
+void make_directories_durably(const std::filesystem::path& directory);
+
 }  // namespace treeroll

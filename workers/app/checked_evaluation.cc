@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <exception>
+#include <new>
 
 #include "workers/tasks/trace.h"
 
@@ -24,6 +25,8 @@ CheckedEvaluation evaluate_checked(Task& task, const TaskDescription& descriptio
     if (in_range) return {evaluation, ""};
     return failed(fmt::format("the task's reward {} is outside its range {} .. {}",
                               evaluation.reward, description.reward_min, description.reward_max));
+  } catch (const std::bad_alloc&) {
+    throw;  // a want of this host, not of the roll-out: the process ends, and another tries
   } catch (const std::exception& error) {
     return failed(error.what());
   } catch (...) {

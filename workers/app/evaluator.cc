@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -54,6 +55,8 @@ std::optional<protocol::Message> Evaluator::handle(const protocol::Message& mess
       return std::nullopt;
     }
     report.accepted = true;
+  } catch (const std::bad_alloc&) {
+    throw;  // a want of this host, not of the roll-out: the process ends, and another tries
   } catch (const std::exception& error) {
     report.text = bounded(error.what());
   }
@@ -99,6 +102,8 @@ Evaluation Evaluator::evaluate(const protocol::RolloutRequest& request) {
         evaluate_checked(*loaded.task, loaded.description, policy.decode(theta),
                          static_cast<std::uint64_t>(request.task_seed), nullptr);
     return done.complaint.empty() ? done.evaluation : complain(done.complaint);
+  } catch (const std::bad_alloc&) {
+    throw;  // a want of this host, not of the roll-out: the process ends, and another tries
   } catch (const std::exception& error) {
     return complain(error.what());
   }

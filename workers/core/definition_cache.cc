@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/base/check.h"
+#include "common/base/cut_text.h"
 #include "common/protocol/limits.h"
 
 namespace treeroll::worker {
@@ -47,8 +48,7 @@ void DefinitionCache::refuse(Definition& definition, std::string reason) {
   bytes_ -= definition.content.size();
   definition.content.clear();
   definition.state = DefinitionState::kRefused;
-  reason.resize(std::min(reason.size(), protocol::kReasonBytesMax));
-  definition.text = std::move(reason);
+  definition.text = cut_text(std::move(reason), protocol::kReasonBytesMax);
 }
 
 bool DefinitionCache::evict_one(const std::set<ContentHash>& in_use) {

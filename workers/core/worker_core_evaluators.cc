@@ -67,7 +67,10 @@ void WorkerCore::on(const Turn& turn, const DefinitionLoaded& event) {
     turn.log(true, "definitions an evaluator cannot load",
              fmt::format("evaluator {} cannot load {}, which another one could: {}",
                          event.evaluator, to_hex(event.name.id), event.text));
-    answer(turn, *evaluator.rollout, RolloutStatus::kFailed, 0, 0);
+    // An accident of this process, not the roll-out's: another one evaluates it.
+    evaluator.killed = true;
+    evaluator.look_at.reset();
+    turn.effects.emplace_back(KillEvaluator{event.evaluator});
   }
   if (!evaluator.killed || rollout_of(evaluator) == nullptr) release(evaluator);
 }
