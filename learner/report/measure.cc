@@ -50,13 +50,13 @@ std::optional<double> measure(const RunRecord& run, const Measure& measure) {
       return run.final_reward;
     case MeasureKind::kSwitch:
       if (num_rollouts == 0) return {};
-      return run.switches.empty() ? num_rollouts : run.switches.front() + 1;
+      return run.switches.empty() ? num_rollouts : rollouts_before_switch(run);
     case MeasureKind::kBeforeSwitch:
       if (run.switches.empty()) return {};
-      return mean_reward(run, run.switches.front() + 1 - kNearby, run.switches.front() + 1);
+      return mean_reward(run, rollouts_before_switch(run) - kNearby, rollouts_before_switch(run));
     case MeasureKind::kAfterSwitch:
       if (run.switches.empty()) return {};
-      return mean_reward(run, run.switches.front() + 1, run.switches.front() + 1 + kNearby);
+      return mean_reward(run, rollouts_before_switch(run), rollouts_before_switch(run) + kNearby);
   }
   CHECK(false, "a MeasureKind outside its enumeration");
 }
