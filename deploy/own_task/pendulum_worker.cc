@@ -33,10 +33,11 @@ class PendulumTask : public treeroll::Task {
     return roll_out(policy, nullptr);
   }
 
-  /// For `treeroll-evaluate --trace`; a task may do without.
+  /// For `treeroll-evaluate --trace` and for the report's pictures; a task may do without.
   treeroll::Evaluation evaluate_traced(const treeroll::Gmm& policy, std::uint64_t /*seed*/,
                                        treeroll::Trace& trace) override {
     trace.set_columns({"time_s", "angle_rad", "cart_m", "cart_acceleration_mps2", "cost"});
+    trace.set_policy_columns({"time_s"}, {"cart_acceleration_mps2"});
     return roll_out(policy, &trace);
   }
 
@@ -63,6 +64,9 @@ class PendulumTask : public treeroll::Task {
       const double cart_acceleration_mps2 = gmr.regress(time_s);
       if (trace != nullptr) {
         trace->add_row({time_s, state.angle, state.cart, cart_acceleration_mps2, cost(state)});
+        trace->add_pose({{{state.cart, 0},
+                          {state.cart - length_m_ * treeroll::elementary::sin(state.angle),
+                           length_m_ * treeroll::elementary::cos(state.angle)}}});
       }
       advance(state, cart_acceleration_mps2);
     }

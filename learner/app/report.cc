@@ -1,18 +1,14 @@
 #include "learner/app/report.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
-#include <algorithm>
-#include <array>
+#include <cstdint>
 #include <map>
 
 #include "common/base/config_error.h"
 #include "learner/app/claims_file.h"
-#include "learner/app/gnuplot.h"
-#include "learner/app/study_error.h"
-#include "learner/app/study_file.h"
-#include "learner/figures/policy_plot.h"
-#include "learner/figures/study_plots.h"
+#include "learner/app/report_figures.h"
 #include "learner/report/atomic_file.h"
 #include "learner/report/report_sections.h"
 
@@ -20,6 +16,25 @@ namespace treeroll {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Roll-outs that are drawn again for the growth of noise, of all studies: some seconds.
+constexpr std::int64_t kNoiseRolloutsMax = 400'000;
+
+/// What is asked for must be there before anything is read or drawn.
+void check(const ReportOptions& options) {
+  for (const fs::path& directory : options.directories) {
+    for (const char* file : {"study.toml", "runs.csv", "rollouts.csv"}) {
+      if (fs::is_regular_file(directory / file)) continue;
+      throw ConfigError("DIR", directory.string(),
+                        fmt::format("must be the state directory of a study: it has no {}", file));
+    }
+  }
+  if (options.needs_worker_program && (access(options.worker_program.c_str(), X_OK) != 0 ||
+                                       fs::is_directory(options.worker_program))) {
+    throw ConfigError("--worker-program", options.worker_program.string(),
+                      "must be a program that can be executed");
+  }
+}
 
 /// Two studies of one name, of two seeds say, are told apart by their place on the command line.
 std::vector<StudyResults> read_studies(const std::vector<fs::path>& directories) {
@@ -101,56 +116,6 @@ std::vector<Comparison> comparisons(const ReportOptions& options,
   return all;
 }
 
-/// What the conditions began with, and the best policy of all their repetitions.
-std::vector<LearntPolicy> learnt_policies(const StudyResults& results) {
-  const LoadedStudy loaded = load_study(results.directory / "study.toml", {});
-  std::vector<LearntPolicy> policies;
-  for (const Condition& condition : loaded.study.conditions) {
-    LearntPolicy policy{condition.name, condition.start, std::nullopt};
-    const RunRecord* best = nullptr;
-    for (const RunRecord* run : runs_of(results, condition.name)) {
-      if (run->best_policy.empty() || (best && run->best_reward <= best->best_reward)) continue;
-      best = run;
-    }
-    if (best) {
-      Result<Policy> read = policy_from_json(best->best_policy);
-      if (!read) {
-        throw std::runtime_error(fmt::format("{}: policy of {}, repetition {}: {}",
-                                             results.directory.string(), best->condition,
-                                             best->repetition, read.error().message));
-      }
-      policy.best = *std::move(read);
-    }
-    policies.push_back(std::move(policy));
-  }
-  return policies;
-}
-
-/// The pictures of each study, drawn into figures/STUDY.
-std::vector<std::vector<Picture>> draw_figures(const fs::path& output,
-                                               const std::vector<StudyResults>& studies) {
-  std::vector<std::vector<Picture>> figures;
-  for (const StudyResults& study : studies) {
-    const std::string place = "figures/" + to_id(study.name);
-    fs::create_directories(output / place);
-    figures.emplace_back();
-    std::vector<Plot> plots = study_plots(study);
-    try {
-      Plot policies = policy_plot(study.name, learnt_policies(study));
-      if (!policies.commands.empty()) plots.push_back(std::move(policies));
-    } catch (const StudyError& error) {
-      // A demonstration that has been moved away, say: the results stand without it.
-      fmt::print(stderr, "policies of {} are not drawn: {}\n", study.name, error.what());
-    }
-    for (const Plot& plot : plots) {
-      Picture picture = draw(plot, output / place, place);
-      picture.id = to_id(study.name + "-" + picture.id);
-      figures.back().push_back(std::move(picture));
-    }
-  }
-  return figures;
-}
-
 void print_claims(const std::vector<Claim>& claims, const std::vector<ClaimResult>& results) {
   std::map<Verdict, int> counts;
   for (std::size_t i = 0; i < claims.size(); ++i) {
@@ -174,6 +139,7 @@ void print_comparisons(const std::vector<Comparison>& comparisons) {
 }  // namespace
 
 void write_report(const ReportOptions& options) {
+  check(options);
   const std::vector<Claim> claims =
       options.claims_file.empty() ? std::vector<Claim>{} : read_claims(options.claims_file);
   std::vector<StudyResults> studies = read_studies(options.directories);
@@ -183,15 +149,21 @@ void write_report(const ReportOptions& options) {
   const std::vector<Comparison> compared = comparisons(options, studies);
 
   Document document{.title = "Report", .sections = {}};
-  const std::vector<std::vector<Picture>> figures = draw_figures(options.output, studies);
+  std::vector<StudyPictures> figures;
+  for (const StudyResults& study : studies) {
+    figures.push_back(draw_study(study, options.output, options.worker_program,
+                                 kNoiseRolloutsMax / static_cast<std::int64_t>(studies.size())));
+  }
   if (!claims.empty()) {
     std::vector<Picture> all;
-    for (const auto& of_study : figures) all.insert(all.end(), of_study.begin(), of_study.end());
+    for (const StudyPictures& of_study : figures) {
+      all.insert(all.end(), of_study.pictures.begin(), of_study.pictures.end());
+    }
     document.sections.push_back(claims_section(claims, results, all));
   }
   if (!compared.empty()) document.sections.push_back(comparison_section("Comparisons", compared));
   for (std::size_t i = 0; i < studies.size(); ++i) {
-    document.sections.push_back(study_section(studies[i], figures[i]));
+    document.sections.push_back(study_section(studies[i], figures[i].pictures, figures[i].remarks));
   }
 
   write_atomically(options.output / "report.html", to_html(document));

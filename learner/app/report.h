@@ -9,9 +9,11 @@ namespace treeroll {
 /// The command line of treeroll-report.
 struct ReportOptions {
   std::vector<std::filesystem::path> directories;  ///< state directories of studies
-  std::filesystem::path claims_file;               ///< empty: no table of claims
+  std::filesystem::path claims_file = {};          ///< empty: no table of claims
   std::filesystem::path output = "report";         ///< folder, made if need be
-  std::vector<std::string> compare;                ///< two conditions, or none
+  std::vector<std::string> compare = {};           ///< two conditions, or none
+  std::filesystem::path worker_program = {};       ///< makes the roll-outs that are shown
+  bool needs_worker_program = false;               ///< else, if it is not there, none are shown
 };
 
 /// Writes report.html, report.md and report.json, each whole or not at all, and prints what they

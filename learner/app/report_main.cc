@@ -5,6 +5,7 @@
 #include <exception>
 
 #include "common/base/config_error.h"
+#include "learner/app/process.h"
 #include "learner/app/report.h"
 #include "learner/app/study_error.h"
 
@@ -30,11 +31,17 @@ int report_main(int argc, char** argv) {
          "--compare", options.compare,
          "Two conditions, each CONDITION or STUDY:CONDITION, the first claimed to be better")
       ->expected(2);
+  options.worker_program = program_beside_us("treeroll-worker");
+  const CLI::Option* worker_program =
+      app.add_option("--worker-program", options.worker_program,
+                     "Worker executable that knows the tasks: it makes the roll-outs shown")
+          ->capture_default_str();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kBadInput;
   }
+  options.needs_worker_program = worker_program->count() > 0;
   try {
     write_report(options);
     return 0;

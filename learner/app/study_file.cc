@@ -238,6 +238,7 @@ class StudyBuilder {
                                                         budget, exploration_table)};
     check_message_sizes(condition);
     loaded_.log_likelihoods.push_back(policy.start.log_likelihoods);
+    loaded_.demonstrations.push_back(policy.start.demonstration);
 
     for (const char* own : {"rollouts", "in_flight"}) study_table.erase(own);
     study_table_ = std::move(study_table);

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct LoadedStudy {
   std::string resolved_toml;
   /// By condition: StartPolicy::log_likelihoods.
   std::vector<std::vector<double>> log_likelihoods;
+  /// By condition: StartPolicy::demonstration.
+  std::vector<std::shared_ptr<const Eigen::MatrixXd>> demonstrations;
   std::vector<SettingOrigins> origins;  ///< by condition: where its settings stand
 };
 

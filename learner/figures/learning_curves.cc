@@ -1,127 +1,96 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
+#include "learner/figures/curves.h"
 #include "learner/figures/study_plots.h"
 #include "learner/report/run_counts.h"
-#include "learner/report/sample.h"
-#include "learner/report/statistics.h"
 
 namespace treeroll {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-/// More points than these a line does not show.
-constexpr std::size_t kPointsMax = 200;
-
-struct Point {
-  double rollout = 0;  ///< from 1
-  double mean = kNone;
-  double low = kNone;
-  double high = kNone;
-};
-
-std::size_t longest(const std::vector<const RunRecord*>& runs) {
-  std::size_t length = 0;
-  for (const RunRecord* run : runs) length = std::max(length, run->rollouts.size());
-  return length;
+/// What captions of curves say of their marks and points.
+std::string details(const std::vector<CurvePanel>& panels, std::size_t rollouts_per_point) {
+  const bool has_marks = std::any_of(panels.begin(), panels.end(), [](const CurvePanel& panel) {
+    return std::any_of(panel.curves.begin(), panel.curves.end(),
+                       [](const Curve& curve) { return !curve.switches.empty(); });
+  });
+  return fmt::format(
+      "{}{}",
+      rollouts_per_point > 1
+          ? fmt::format(" A point is a mean over {} roll-outs.", rollouts_per_point)
+          : "",
+      has_marks ? " Circles: the median roll-out at which a layer was left, over the runs that "
+                  "left it."
+                : "");
 }
 
-/// Over repetitions, each with its mean over `width` roll-outs from `first` on.
-Point point(const std::vector<const RunRecord*>& runs, std::size_t first, std::size_t width) {
-  std::vector<double> values;
-  for (const RunRecord* run : runs) {
-    double sum = 0;
-    int count = 0;
-    for (std::size_t i = first; i < std::min(first + width, run->rollouts.size()); ++i) {
-      if (!is_applied(run->rollouts[i])) continue;
-      sum += run->rollouts[i].reward;
-      ++count;
-    }
-    if (count > 0) values.push_back(sum / count);
-  }
-  Point found{.rollout = static_cast<double>(first) + 1 + static_cast<double>(width - 1) / 2};
-  if (!values.empty()) found.mean = *mean(values);
-  if (const auto interval = mean_interval_95(values)) {
-    found.low = interval->low;
-    found.high = interval->high;
-  }
-  return found;
+std::string title_of(const StudyResults& study, const ConditionGroup& group) {
+  return group.name.empty() ? study.name : group.name;
 }
 
 }  // namespace
 
 Plot learning_curves(const StudyResults& study, const std::vector<ConditionGroup>& groups) {
-  std::size_t length = 1;
+  std::vector<CurvePanel> panels;
   std::size_t num_runs = 0;
   for (const ConditionGroup& group : groups) {
-    for (const std::string& condition : group.conditions) {
-      length = std::max(length, longest(runs_of(study, condition)));
-      num_runs = std::max(num_runs, runs_of(study, condition).size());
-    }
-  }
-  const std::size_t width = (length + kPointsMax - 1) / kPointsMax;
-
-  Plot plot{.id = "learning_curves", .title = "Learning curves of " + study.name};
-  double lowest = std::numeric_limits<double>::infinity();
-  double highest = -lowest;
-  std::vector<std::string> curves;  // by panel
-  std::size_t index = 0;
-  for (const ConditionGroup& group : groups) {
-    std::string bands;
-    std::string lines;
-    for (std::size_t c = 0; c < group.conditions.size(); ++c, ++index) {
+    CurvePanel panel{.title = title_of(study, group), .curves = {}};
+    for (std::size_t c = 0; c < group.conditions.size(); ++c) {
       const auto runs = runs_of(study, group.conditions[c]);
-      plot.data += "# rollout mean low high\n";
-      for (std::size_t first = 0; first < std::max<std::size_t>(longest(runs), 1); first += width) {
-        const Point p = point(runs, first, width);
-        plot.data +=
-            fmt::format("{} {} {} {}\n", p.rollout, datum(p.mean), datum(p.low), datum(p.high));
-        for (const double value : {p.mean, p.low, p.high}) {
-          if (!std::isfinite(value)) continue;
-          lowest = std::min(lowest, value);
-          highest = std::max(highest, value);
+      num_runs = std::max(num_runs, runs.size());
+      Curve curve{.label = group.labels[c], .repetitions = {}, .switches = median_switches(runs)};
+      for (const RunRecord* run : runs) {
+        curve.repetitions.emplace_back();
+        for (const RolloutRecord& rollout : run->rollouts) {
+          curve.repetitions.back().push_back(
+              is_applied(rollout) ? rollout.reward : std::numeric_limits<double>::quiet_NaN());
         }
       }
-      plot.data += "\n\n";
-      bands += fmt::format(
-          "data index {} using 1:3:4 with filledcurves lt {} fs transparent "
-          "solid .15 notitle, ",
-          index, c + 1);
-      lines += fmt::format("{}data index {} using 1:2 with lines lt {} title {}",
-                           c == 0 ? "" : ", ", index, c + 1, literal(group.labels[c]));
+      panel.curves.push_back(std::move(curve));
     }
-    curves.push_back(bands + lines);
+    panels.push_back(std::move(panel));
   }
-  if (!(lowest < highest)) {  // one value, or none
-    lowest = std::isfinite(lowest) ? lowest - .5 : 0;
-    highest = lowest + 1;
-  }
-  const double margin = .03 * (highest - lowest);
-
-  const bool same_labels =
-      groups.size() > 1 && std::all_of(groups.begin(), groups.end(), [&](const auto& group) {
-        return group.labels == groups.front().labels;
-      });
-  PanelGrid grid;
-  if (same_labels || groups.size() == 1) grid.labels = groups.front().labels;
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    grid.commands.push_back(fmt::format(
-        "  set title {}\n  set xlabel 'roll-out'; set ylabel 'reward'\n"
-        "  set xrange [0:{}]; set xtics {}\n  set yrange [{}:{}]\n"
-        "  {}\n  plot {}\n",
-        literal(groups[g].name.empty() ? study.name : groups[g].name), length,
-        std::max<std::size_t>(length / 4, 1), lowest - margin, highest + margin,
-        grid.labels.empty() ? "set key above horizontal Left reverse samplen 4" : "unset key",
-        curves[g]));
-  }
-  arrange(grid, plot);
+  Plot plot{.id = "learning_curves", .title = "Learning curves of " + study.name};
+  const std::size_t width = draw_curves(panels, {.title = "reward"}, plot);
   plot.caption = fmt::format(
-      "Reward of the (perturbed) roll-outs, mean over up to {} repetitions{}; the bands are 95 % "
-      "intervals of the mean.",
-      num_runs, width > 1 ? fmt::format(" and over {} roll-outs a point", width) : "");
+      "Reward of the (perturbed) roll-outs, mean over up to {} repetitions; the bands are 95 % "
+      "intervals of the mean.{}",
+      num_runs, details(panels, width));
+  return plot;
+}
+
+Plot noise_growth(const StudyResults& study, const std::vector<ConditionGroup>& groups,
+                  const NoiseLevels& noise) {
+  std::vector<CurvePanel> panels;
+  std::size_t num_runs = 0;
+  for (const ConditionGroup& group : groups) {
+    CurvePanel panel{.title = title_of(study, group), .curves = {}};
+    for (std::size_t c = 0; c < group.conditions.size(); ++c) {
+      const auto found = noise.find(group.conditions[c]);
+      Curve curve{.label = group.labels[c], .repetitions = {}};
+      if (found != noise.end()) {
+        curve.repetitions = found->second;
+        auto runs = runs_of(study, group.conditions[c]);
+        runs.resize(std::min(runs.size(), curve.repetitions.size()));
+        curve.switches = median_switches(runs);
+      }
+      num_runs = std::max(num_runs, curve.repetitions.size());
+      panel.curves.push_back(std::move(curve));
+    }
+    panels.push_back(std::move(panel));
+  }
+  if (num_runs == 0) return {};
+  Plot plot{.id = "noise_growth", .title = "Exploration noise of " + study.name};
+  const std::size_t width =
+      draw_curves(panels, {.title = "noise / noise deviations", .is_logarithmic = true}, plot);
+  plot.caption = fmt::format(
+      "Exploration noise after each roll-out: root of the mean variance over the elements of "
+      "theta, "
+      "each in units of its noise deviation (1 is gamma = 1). Geometric mean over the first {} "
+      "repetitions with its 95 % interval.{}",
+      num_runs, details(panels, width));
   return plot;
 }
 

@@ -64,6 +64,11 @@ std::string literal(std::string_view text) {
 
 std::string datum(double value) { return std::isfinite(value) ? fmt::format("{}", value) : "NaN"; }
 
+void name_page(const std::string& id, std::size_t page, std::size_t num_pages, Plot& plot) {
+  plot.id = page == 0 ? id : fmt::format("{}_page_{}", id, page + 1);
+  if (num_pages > 1) plot.title += fmt::format(", page {} of {}", page + 1, num_pages);
+}
+
 void arrange(const PanelGrid& grid, Plot& plot) {
   constexpr int kKeyPx = 40;
   constexpr int kWidthMaxPx = 1320;
@@ -87,7 +92,8 @@ void arrange(const PanelGrid& grid, Plot& plot) {
   if (!grid.labels.empty()) {
     std::string lines;
     for (std::size_t i = 0; i < grid.labels.size(); ++i) {
-      lines += fmt::format("{}NaN with lines lt {} title {}", i == 0 ? "" : ", ", i + 1,
+      if (grid.labels[i].empty()) continue;
+      lines += fmt::format("{}NaN with lines lt {} title {}", lines.empty() ? "" : ", ", i + 1,
                            literal(grid.labels[i]));
     }
     plot.commands += fmt::format(

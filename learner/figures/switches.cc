@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "learner/figures/study_plots.h"
+#include "learner/report/run_counts.h"
 #include "learner/report/sample.h"
 #include "learner/report/statistics.h"
 
@@ -18,7 +19,7 @@ Plot switch_boxes(const StudyResults& study) {
     const auto runs = runs_of(study, condition);
     std::vector<double> first;
     for (const RunRecord* run : runs) {
-      if (!run->switches.empty()) first.push_back(run->switches.front() + 1);
+      if (!run->switches.empty()) first.push_back(rollouts_before_switch(*run));
     }
     if (first.empty()) continue;
     ++num_rows;

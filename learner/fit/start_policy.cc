@@ -114,7 +114,9 @@ StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind,
                      : model == "tree" ? fit_bottom_up(data, components.front(), num_layers, fit)
                                        : fit_top_down(data, components.back(), num_layers, fit);
     std::vector<double> by_layer = log_likelihoods(tree, data);
-    return {.tree = std::move(tree), .log_likelihoods = std::move(by_layer)};
+    return {.tree = std::move(tree),
+            .log_likelihoods = std::move(by_layer),
+            .demonstration = std::make_shared<const Eigen::MatrixXd>(data)};
   } catch (const FitError& error) {
     policy.refuse("fit", fmt::format("no model can be fitted: {}", error.what()));
   } catch (const std::invalid_argument& error) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "common/policy/theta_layout.h"
@@ -16,6 +18,8 @@ struct StartPolicy {
   ThetaLayout layout = ThetaLayout::kMeansCholesky;
   /// Of a fit: log-likelihood per sample of the demonstration, layer by layer, coarse to fine.
   std::vector<double> log_likelihoods = {};
+  /// What it was fitted to: d x N, columns are observations; null for one that was given.
+  std::shared_ptr<const Eigen::MatrixXd> demonstration = {};
 };
 
 /// Reads the [policy] table of a study and builds the policy it describes: from a demonstration,

@@ -60,4 +60,7 @@ struct ClaimResult {
 /// "not measured" and `measured` says what lacks.
 ClaimResult judge(const Claim& claim, const std::vector<StudyResults>& studies);
 
+/// Holm's adjusted p of each claim that has a p, over all of them; nothing for the others.
+std::vector<std::optional<double>> adjusted_p(const std::vector<ClaimResult>& results);
+
 }  // namespace treeroll

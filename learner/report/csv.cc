@@ -53,7 +53,7 @@ void write_rollouts_csv(const std::filesystem::path& path, const std::vector<Run
 void write_runs_csv(const std::filesystem::path& path, const std::vector<RunRecord>& runs) {
   AtomicFile file(path);
   file.append(
-      "condition,repetition,run,rollouts,best_reward,final_reward,switch_rollout,failed,"
+      "condition,repetition,run,rollouts,best_reward,final_reward,rollouts_before_switch,failed,"
       "switches\n");
   for (const RunRecord* run : sorted(runs)) {
     std::string row = fmt::format("{},{},{},{},", csv_field(run->condition), run->repetition,
@@ -63,7 +63,7 @@ void write_runs_csv(const std::filesystem::path& path, const std::vector<RunReco
     row += ',';
     if (run->final_reward) fmt::format_to(out, "{}", *run->final_reward);
     row += ',';
-    if (!run->switches.empty()) fmt::format_to(out, "{}", run->switches.front());
+    if (!run->switches.empty()) fmt::format_to(out, "{}", rollouts_before_switch(*run));
     fmt::format_to(out, ",{},{}\n", num_failed(*run), run->switches.size());
     file.append(row);
   }

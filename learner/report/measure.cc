@@ -55,13 +55,13 @@ std::optional<double> largest_gain(const RunRecord& run, int end) {
 
 std::optional<double> before_switch(const RunRecord& run) {
   if (run.switches.empty()) return {};
-  const int end = run.switches.front() + 1;
+  const int end = rollouts_before_switch(run);
   return mean_reward(run, end - kNearby, end);
 }
 
 std::optional<double> after_switch(const RunRecord& run) {
   if (run.switches.empty()) return {};
-  const int begin = run.switches.front() + 1;
+  const int begin = rollouts_before_switch(run);
   return mean_reward(run, begin, begin + kNearby);
 }
 
@@ -81,7 +81,7 @@ std::optional<double> measure(const RunRecord& run, const Measure& measure) {
       return run.final_reward;
     case MeasureKind::kSwitch:
       if (num_rollouts == 0) return {};
-      return run.switches.empty() ? num_rollouts : run.switches.front() + 1;
+      return run.switches.empty() ? num_rollouts : rollouts_before_switch(run);
     case MeasureKind::kBeforeSwitch:
       return before_switch(run);
     case MeasureKind::kAfterSwitch:

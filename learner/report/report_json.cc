@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "learner/report/report_sections.h"
+#include "learner/report/run_counts.h"
 #include "learner/report/summary.h"
 
 namespace treeroll {
@@ -16,7 +17,7 @@ json or_null(const std::optional<Interval>& interval) {
   return interval ? json{interval->low, interval->high} : json();
 }
 
-json to_json(const Claim& claim, const ClaimResult& result) {
+json to_json(const Claim& claim, const ClaimResult& result, const std::optional<double>& adjusted) {
   return {{"claim", claim.text},
           {"section", claim.section},
           {"study", claim.study},
@@ -25,6 +26,7 @@ json to_json(const Claim& claim, const ClaimResult& result) {
           {"measured", result.measured},
           {"n", result.n},
           {"p", or_null(result.p)},
+          {"p_holm", or_null(adjusted)},
           {"interval_95", or_null(result.interval)},
           {"verdict", name(result.verdict)}};
 }
@@ -36,7 +38,7 @@ json to_json(const StudyResults& study) {
     std::vector<double> first_switches;
     for (const RunRecord* run : runs_of(study, summary.condition)) {
       if (const auto value = measure(*run, {})) end.push_back(*value);
-      if (!run->switches.empty()) first_switches.push_back(run->switches.front() + 1);
+      if (!run->switches.empty()) first_switches.push_back(rollouts_before_switch(*run));
     }
     json switches;
     if (const auto found = quartiles(first_switches)) {
@@ -86,8 +88,9 @@ std::string report_json(const std::vector<Claim>& claims, const std::vector<Clai
                         const std::vector<Comparison>& comparisons) {
   json report = {
       {"claims", json::array()}, {"studies", json::array()}, {"comparisons", json::array()}};
+  const std::vector<std::optional<double>> adjusted = adjusted_p(results);
   for (std::size_t i = 0; i < claims.size(); ++i) {
-    report["claims"].push_back(to_json(claims[i], results[i]));
+    report["claims"].push_back(to_json(claims[i], results[i], adjusted[i]));
   }
   for (const StudyResults& study : studies) report["studies"].push_back(to_json(study));
   for (const Comparison& comparison : comparisons) {

@@ -70,7 +70,7 @@ Table switch_table(const StudyResults& study) {
     if (summary.num_switches == 0) continue;
     std::vector<double> first;
     for (const RunRecord* run : runs_of(study, summary.condition)) {
-      if (!run->switches.empty()) first.push_back(run->switches.front() + 1);
+      if (!run->switches.empty()) first.push_back(rollouts_before_switch(*run));
     }
     const auto found = quartiles(first);
     table.rows.push_back({{summary.condition, ""},
@@ -100,10 +100,15 @@ Section claims_section(const std::vector<Claim>& claims, const std::vector<Claim
   Section section{.id = "claims", .title = "Claims", .blocks = {}};
   std::map<Verdict, int> counts;
   Table table{.columns = {"claim", "section", "what was measured", "n", "95 % interval", "p",
-                          "verdict", "figure"},
+                          "p (Holm)", "verdict", "figure"},
               .rows = {}};
+  const std::vector<std::optional<double>> adjusted = adjusted_p(results);
+  int num_tests = 0;
+  int num_hold_adjusted = 0;
   for (std::size_t i = 0; i < claims.size(); ++i) {
     const ClaimResult& result = results[i];
+    if (adjusted[i]) ++num_tests;
+    if (adjusted[i] && *adjusted[i] < .05) ++num_hold_adjusted;
     ++counts[result.verdict];
     const bool measured = result.verdict != Verdict::kNotMeasured;
     const std::string what =
@@ -115,6 +120,7 @@ Section claims_section(const std::vector<Claim>& claims, const std::vector<Claim
          {result.n.empty() ? "-" : result.n, ""},
          {text(result.interval), ""},
          {text_of_p(result.p), ""},
+         {text_of_p(adjusted[i]), ""},
          {name(result.verdict), ""},
          {measured ? claims[i].study : "-", measured ? figure_of(claims[i], figures) : ""}});
   }
@@ -122,15 +128,17 @@ Section claims_section(const std::vector<Claim>& claims, const std::vector<Claim
       "Of {} claims {} hold, {} do not, {} are inconclusive and {} were not measured. A claim "
       "holds "
       "if its test rejects the opposite at the level of 5 %, and does not if the claim itself is "
-      "rejected; p speaks for a claim where it is small, and is not corrected for the number of "
-      "claims. \"Near\" a roll-out is the mean of the five up to it.",
+      "rejected: each verdict is of its own claim alone. p speaks for a claim where it is small; "
+      "beside it stands Holm's correction over the {} claims that are tested by a p, of which {} "
+      "remain below 5 %. \"Near\" a roll-out is the mean of the five up to it.",
       claims.size(), counts[Verdict::kHolds], counts[Verdict::kFails],
-      counts[Verdict::kInconclusive], counts[Verdict::kNotMeasured]));
+      counts[Verdict::kInconclusive], counts[Verdict::kNotMeasured], num_tests, num_hold_adjusted));
   section.blocks.emplace_back(std::move(table));
   return section;
 }
 
-Section study_section(const StudyResults& study, const std::vector<Picture>& figures) {
+Section study_section(const StudyResults& study, const std::vector<Picture>& figures,
+                      const std::vector<std::string>& remarks) {
   Section section{.id = to_id(study.name), .title = "Study " + study.name, .blocks = {}};
   section.blocks.emplace_back(
       "Rewards of roll-outs are of perturbed policies; those of the mean policy are evaluated "
@@ -145,6 +153,7 @@ Section study_section(const StudyResults& study, const std::vector<Picture>& fig
         "Roll-outs before the first switch of layer, over the runs that switched:");
     section.blocks.emplace_back(std::move(switches));
   }
+  for (const std::string& remark : remarks) section.blocks.emplace_back(remark);
   for (const Picture& figure : figures) section.blocks.emplace_back(figure);
   return section;
 }

@@ -19,7 +19,9 @@ Section claims_section(const std::vector<Claim>& claims, const std::vector<Claim
                        const std::vector<Picture>& figures);
 
 /// Rewards of roll-outs and of the mean policy, failures and switches of a study's conditions.
-Section study_section(const StudyResults& study, const std::vector<Picture>& figures);
+/// @param remarks  sentences on the figures: what was left out of them
+Section study_section(const StudyResults& study, const std::vector<Picture>& figures,
+                      const std::vector<std::string>& remarks = {});
 
 /// The comparisons at the end of learning, Holm's correction over them, then p over roll-outs.
 Section comparison_section(const std::string& title, const std::vector<Comparison>& comparisons);

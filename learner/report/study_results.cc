@@ -43,7 +43,7 @@ struct Counts {
   std::int64_t failed = 0;
   std::int64_t switches = 0;
   std::optional<double> best_reward;
-  std::optional<int> first_switch;
+  std::optional<int> first_switch;  ///< the roll-out after whose result it came, from 0
 };
 
 std::string read_study_name(const fs::path& path) {
@@ -60,7 +60,7 @@ std::string read_study_name(const fs::path& path) {
 
 void read_runs(const fs::path& path, std::vector<RunRecord>& runs, std::vector<Counts>& counts) {
   CsvReader table(path, {"condition", "repetition", "run", "rollouts", "best_reward",
-                         "final_reward", "switch_rollout", "failed", "switches"});
+                         "final_reward", "rollouts_before_switch", "failed", "switches"});
   std::set<std::string> conditions;
   while (table.next()) {
     RunRecord run;
@@ -90,7 +90,7 @@ void read_runs(const fs::path& path, std::vector<RunRecord>& runs, std::vector<C
       table.refuse(kSwitch, "must be there if, and only if, there are switches");
     }
     if (count.switches > 0) {
-      count.first_switch = static_cast<int>(table.integer(kSwitch, 0, kRolloutsMax - 1));
+      count.first_switch = static_cast<int>(table.integer(kSwitch, 1, kRolloutsMax)) - 1;
     }
     runs.push_back(std::move(run));
     counts.push_back(count);
@@ -189,8 +189,8 @@ void check(const fs::path& directory, const Counts& counts, const RunRecord& run
     const bool is_there = number >= 0 && static_cast<std::size_t>(number) < run.rollouts.size();
     const int layer = run.rollouts.empty() ? 0 : run.rollouts.front().layer + static_cast<int>(i);
     require(is_there && run.rollouts[static_cast<std::size_t>(number)].layer == layer,
-            "switch_rollout", fmt::format("{}", *counts.first_switch),
-            fmt::format("a roll-out of the layer that was left, {}", layer));
+            "rollouts_before_switch", fmt::format("{}", *counts.first_switch + 1),
+            fmt::format("up to a roll-out of the layer that was left, {}", layer));
   }
   const double best = counts.best_reward.value_or(-1);
   const double found = run.best_rollout >= 0 ? run.best_reward : -1;

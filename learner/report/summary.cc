@@ -18,7 +18,7 @@ ConditionSummary summarize_condition(const std::vector<const RunRecord*>& runs) 
   for (const RunRecord* run : runs) {
     if (run->best_rollout >= 0) best.push_back(run->best_reward);
     if (run->final_reward) final_rewards.push_back(*run->final_reward);
-    if (!run->switches.empty()) first_switches.push_back(run->switches.front());
+    if (!run->switches.empty()) first_switches.push_back(rollouts_before_switch(*run));
     summary.num_rollouts += num_applied(*run);
     summary.num_failed += num_failed(*run);
     summary.num_switches += static_cast<std::int64_t>(run->switches.size());

@@ -25,7 +25,8 @@ struct ConditionSummary {
   std::int64_t num_failed = 0;
   std::int64_t num_switches = 0;
   int num_runs_switched = 0;
-  std::optional<double> median_first_switch;  ///< roll-out, over the runs that switched
+  std::optional<double> median_first_switch;  ///< roll-outs before it, over the runs that
+                                              ///< switched
 };
 
 /// A row a condition, in the study's order.

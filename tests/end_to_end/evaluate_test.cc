@@ -116,6 +116,19 @@ TEST(EvaluateTest, GivesThePolicyOfEachRunItsBestRewardToTheBitAndATraceThatShow
     }
     EXPECT_EQ(elementary::exp(-.25 * cost_min), reward) << name;
   }
+
+  // What the report shows of the runs is made by the same executable.
+  const fs::path report = service.directory() / "report";
+  Daemon reporter("treeroll-report", {state.string(), "--output", report.string()},
+                  service.directory());
+  ASSERT_EQ(reporter.wait(seconds(120)), 0) << reporter.standard_error();
+  EXPECT_EQ(reporter.standard_error(), "") << "where what cannot be drawn is said";
+  const std::string text = read_file(report / "report.md");
+  for (const char* figure : {"noise_growth", "layers", "policies", "motion"}) {
+    EXPECT_THAT(text, HasSubstr(std::string("(figures/swing_up/") + figure + ".svg)"));
+  }
+  EXPECT_THAT(read_file(report / "figures/swing_up/policies.gp"),
+              HasSubstr("'cart acceleration (m/s²)'"));
 }
 
 TEST(EvaluateTest, SaysHowAnEvaluationFails) {

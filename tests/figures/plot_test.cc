@@ -47,6 +47,25 @@ TEST(PlotTest, OnePanelFillsThePlotAndManyShareAKey) {
   EXPECT_EQ(plot.height_px, 2 * 300 + 40);  // three beside each other
 }
 
+TEST(PlotTest, LinesWithoutALabelAreNotInTheKey) {
+  Plot plot;
+  arrange({.commands = {"  plot data\n"}, .labels = {"a", "", "c"}}, plot);
+  EXPECT_THAT(plot.commands,
+              HasSubstr("NaN with lines lt 1 title 'a', NaN with lines lt 3 title 'c'"));
+}
+
+TEST(PlotTest, PagesHoldAllInOrderAndTheFirstHasTheIdItself) {
+  const auto pages = pages_of(std::vector<int>{1, 2, 3, 4, 5}, 2);
+  EXPECT_THAT(pages, ElementsAre(ElementsAre(1, 2), ElementsAre(3, 4), ElementsAre(5)));
+  Plot plot{.title = "Policies"};
+  name_page("policies", 0, 1, plot);
+  EXPECT_EQ(plot.id, "policies");
+  EXPECT_EQ(plot.title, "Policies");
+  name_page("policies", 1, 3, plot);
+  EXPECT_EQ(plot.id, "policies_page_2");
+  EXPECT_EQ(plot.title, "Policies, page 2 of 3");
+}
+
 TEST(ConditionGridTest, APointBetweenDigitsIsADecimalOne) {
   EXPECT_THAT(parts_of("multi.tree.minimum_noise_fraction=0.05"),
               ElementsAre("multi", "tree", "minimum_noise_fraction=0.05"));

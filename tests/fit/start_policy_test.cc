@@ -56,6 +56,14 @@ TEST(StartPolicyTest, TellsHowWellEachLayerDescribesTheDemonstration) {
   EXPECT_GT(policy.log_likelihoods[1], policy.log_likelihoods[0]);  // four Gaussians, not two
 }
 
+TEST(StartPolicyTest, KeepsTheDemonstrationItWasFittedTo) {
+  ASSERT_NE(read("{}").demonstration, nullptr);
+  EXPECT_EQ(*read("{}").demonstration, demonstrate({}));
+  const char* given = R"({"start": "components", "model": "flat",
+      "layer_1": {"range": [0, 2], "outputs": [0], "deviations": [0.5, 0.3]}})";
+  EXPECT_EQ(read(given).demonstration, nullptr);
+}
+
 TEST(StartPolicyTest, ReadsEveryKey) {
   const StartPolicy policy = read(R"({
       "model": "top_down_tree", "components": [1, 2, 4], "layout": "means", "frames": "cholesky",

@@ -248,5 +248,19 @@ TEST(ClaimTest, FailedRolloutsCountWithTheirReward) {
   EXPECT_DOUBLE_EQ(measure(run, {}).value(), .8);
 }
 
+TEST(ClaimTest, HolmsCorrectionIsOverTheClaimsThatAreTested) {
+  std::vector<ClaimResult> results(4);
+  results[0].p = .01;
+  results[2].p = .04;
+  results[3].p = .03;
+  // By Holm: .01 x 3, .03 x 2, and no less for .04.
+  const auto adjusted = adjusted_p(results);
+  ASSERT_EQ(adjusted.size(), 4U);
+  EXPECT_DOUBLE_EQ(*adjusted[0], .03);
+  EXPECT_FALSE(adjusted[1]);
+  EXPECT_DOUBLE_EQ(*adjusted[2], .06);
+  EXPECT_DOUBLE_EQ(*adjusted[3], .06);
+}
+
 }  // namespace
 }  // namespace treeroll

@@ -69,11 +69,12 @@ TEST_F(CsvTest, RunsHoldEmptyFieldsForFiguresThatDoNotExist) {
   switched.final_reward = .75;
   switched.switches = {1, 2};
   write_runs_csv(folder_ / "runs.csv", {switched, run_with("flat", 0, 0, {})});
-  EXPECT_EQ(content(folder_ / "runs.csv"),
-            "condition,repetition,run,rollouts,best_reward,final_reward,switch_rollout,failed,"
-            "switches\n"
-            "flat,0,0,0,,,,0,0\n"
-            "tree,0,1,3,0.5,0.75,1,1,2\n");
+  EXPECT_EQ(
+      content(folder_ / "runs.csv"),
+      "condition,repetition,run,rollouts,best_reward,final_reward,rollouts_before_switch,failed,"
+      "switches\n"
+      "flat,0,0,0,,,,0,0\n"
+      "tree,0,1,3,0.5,0.75,2,1,2\n");
 }
 
 TEST_F(CsvTest, ABestRewardOfZeroIsAFigure) {

@@ -95,6 +95,14 @@ TEST(ReportTest, FailuresAndSwitchesAreShownAndNoPathOfTheMachineIs) {
   EXPECT_THAT(text, Not(HasSubstr("somewhere")));
 }
 
+TEST(ReportTest, WhatIsToBeKnownOfTheFiguresIsWrittenAboveThem) {
+  const Picture picture{
+      .id = "p", .title = "Curves", .caption = "", .svg = "<svg/>", .file = "f/p.svg"};
+  const std::string text = to_markdown(
+      {.title = "r", .sections = {study_section(two_studies()[0], {picture}, {"No motion."})}});
+  EXPECT_THAT(text, HasSubstr("\n\nNo motion.\n\n![Curves]"));
+}
+
 TEST(ReportTest, ClaimsAreCountedAndLinkedToWhatShowsThem) {
   Claim claim;
   claim.text = "tree above flat";
@@ -116,6 +124,8 @@ TEST(ReportTest, ClaimsAreCountedAndLinkedToWhatShowsThem) {
   const auto json = nlohmann::json::parse(report_json(claims, results, studies, {}));
   EXPECT_EQ(json["claims"][0]["verdict"], "holds");
   EXPECT_EQ(json["claims"][1]["p"], nullptr);
+  EXPECT_EQ(json["claims"][0]["p_holm"], json["claims"][0]["p"]);  // the only one that is tested
+  EXPECT_EQ(json["claims"][1]["p_holm"], nullptr);
   EXPECT_EQ(json["studies"][0]["conditions"][1]["first_switch"]["median"], 4);
 }
 

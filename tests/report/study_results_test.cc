@@ -44,7 +44,8 @@ class StudyResultsTest : public testing::Test {
   }
 
   static constexpr const char* kRuns =
-      "condition,repetition,run,rollouts,best_reward,final_reward,switch_rollout,failed,switches\n";
+      "condition,repetition,run,rollouts,best_reward,final_reward,rollouts_before_switch,failed,"
+      "switches\n";
   static constexpr const char* kRollouts = "condition,repetition,run,rollout,layer,reward,status\n";
   std::filesystem::path folder_;
 };
@@ -113,7 +114,7 @@ TEST_F(StudyResultsTest, GapsOfArrivalOrderStayGaps) {
 
 TEST_F(StudyResultsTest, LinesMayEndAsInOtherSystems) {
   write("runs.csv",
-        "condition,repetition,run,rollouts,best_reward,final_reward,switch_rollout,failed,"
+        "condition,repetition,run,rollouts,best_reward,final_reward,rollouts_before_switch,failed,"
         "switches\r\n\"a\",0,0,1,0.5,,,0,0\r\n");
   write("rollouts.csv",
         "condition,repetition,run,rollout,layer,reward,status\r\na,0,0,0,1,0.5,ok\r\n");
@@ -167,7 +168,7 @@ TEST_F(StudyResultsTest, RunsMustCountWithoutGaps) {
   write("runs.csv", std::string(kRuns) + "a,1,0,0,,,,0,0\n");
   EXPECT_THAT(error(), HasSubstr("repetition = 1: repetitions of a condition must count"));
   write("runs.csv", std::string(kRuns) + "a,0,0,3,,,,0,1\n");
-  EXPECT_THAT(error(), HasSubstr("switch_rollout = : must be there if, and only if"));
+  EXPECT_THAT(error(), HasSubstr("rollouts_before_switch = : must be there if, and only if"));
 }
 
 TEST_F(StudyResultsTest, SwitchesMustAgreeWithTheLayersOfTheRollouts) {
@@ -179,17 +180,17 @@ TEST_F(StudyResultsTest, SwitchesMustAgreeWithTheLayersOfTheRollouts) {
     write("runs.csv", kRuns + ("a,0,0,4,0.5,," + first + ",0," + number + "\n"));
     return error();
   };
-  EXPECT_EQ(error_of("1", "1"), "read without an error");
-  EXPECT_EQ(error_of("0", "1"), "read without an error");  // two in flight
-  EXPECT_EQ(error_of("1", "2"), "read without an error");  // the second after the last result
-  EXPECT_THAT(error_of("1", "3"), HasSubstr("runs.csv:2: switches = 3: must be 1"));
-  const std::string rule = ": must be a roll-out of the layer that was left, 1";
-  EXPECT_THAT(error_of("2", "1"), HasSubstr("runs.csv:2: switch_rollout = 2" + rule));
-  EXPECT_THAT(error_of("99999999", "1"), HasSubstr("switch_rollout = 99999999" + rule));
+  EXPECT_EQ(error_of("2", "1"), "read without an error");
+  EXPECT_EQ(error_of("1", "1"), "read without an error");  // two in flight
+  EXPECT_EQ(error_of("2", "2"), "read without an error");  // the second after the last result
+  EXPECT_THAT(error_of("2", "3"), HasSubstr("runs.csv:2: switches = 3: must be 1"));
+  const std::string rule = ": must be up to a roll-out of the layer that was left, 1";
+  EXPECT_THAT(error_of("3", "1"), HasSubstr("runs.csv:2: rollouts_before_switch = 3" + rule));
+  EXPECT_THAT(error_of("99999999", "1"), HasSubstr("rollouts_before_switch = 99999999" + rule));
 }
 
 TEST_F(StudyResultsTest, LayersAreGoneThroughOneByOne) {
-  write("runs.csv", std::string(kRuns) + "a,0,0,2,0.5,,0,0,1\n");
+  write("runs.csv", std::string(kRuns) + "a,0,0,2,0.5,,1,0,1\n");
   write("rollouts.csv", std::string(kRollouts) + "a,0,0,0,2,0.5,ok\na,0,0,1,1,0.5,ok\n");
   EXPECT_THAT(error(), HasSubstr("rollouts.csv:3: layer = 1: must be 2 as before, or the next"));
   write("rollouts.csv", std::string(kRollouts) + "a,0,0,0,2,0.5,ok\na,0,0,1,4,0.5,ok\n");

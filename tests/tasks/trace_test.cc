@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "common/base/elementary.h"
@@ -76,6 +77,103 @@ TEST(TraceTest, MoreNumbersThanItMayHoldAreNotKeptAndItSaysSo) {
   trace.add_row({0, 1});
   EXPECT_FALSE(trace.is_complete());
   EXPECT_EQ(trace.numbers().size(), Trace::kNumbersMax);
+}
+
+TEST(TraceTest, TheLinksOfASwingUpKeepTheirLengthsAndHangFromTheCart) {
+  const auto task = make("swing_up", R"({"plant": "rk4", "step_s": 0.005})");
+  Trace trace;
+  (void)task->evaluate_traced(line(), 0, trace);
+  const std::size_t width = trace.columns().size();
+  ASSERT_EQ(trace.poses().size() * width, trace.numbers().size());
+  for (std::size_t row = 0; row < trace.poses().size(); ++row) {
+    const double* state = &trace.numbers()[row * width];
+    const std::vector<PosePoint>& links = trace.poses()[row].at(1);
+    ASSERT_EQ(links.size(), 3U);
+    EXPECT_EQ(links[0].x_m, state[3]);
+    EXPECT_NEAR(std::hypot(links[1].x_m - links[0].x_m, links[1].y_m - links[0].y_m), .323, 1e-12);
+    EXPECT_NEAR(std::hypot(links[2].x_m - links[1].x_m, links[2].y_m - links[1].y_m), .480, 1e-12);
+    // Counter-clockwise from upright is to the left.
+    EXPECT_NEAR(links[0].x_m - links[1].x_m, .323 * std::sin(state[1]), 1e-12);
+  }
+}
+
+TEST(TraceTest, LinksWhoseLengthsVaryAreNotShown) {
+  const auto task = make("swing_up", R"({"plant": "rk4", "step_s": 0.005,
+      "variation": {"parameter_fraction": 0.02}})");
+  Trace trace;
+  (void)task->evaluate_traced(line(), 0, trace);
+  EXPECT_FALSE(trace.numbers().empty());
+  EXPECT_TRUE(trace.poses().empty());
+}
+
+TEST(TraceTest, ATrajectorysTraceHasItsGoalBesideItAndGivesItsReward) {
+  struct Case {
+    const char* task;
+    const char* settings;
+    std::vector<std::string> columns;
+    double alpha;
+  };
+  for (const Case& c :
+       std::vector<Case>{{"trajectory",
+                          R"({"alpha": 2, "goal": {"outputs": [1, -1], "deviations": [0.5, 0.3]}})",
+                          {"time_s", "x", "goal_x"},
+                          2},
+                         {"spiral", R"({"alpha": 3})", {"t", "x", "y", "goal_x", "goal_y"}, 3}}) {
+    const auto task = make(c.task, c.settings);
+    const auto num_outputs = static_cast<std::size_t>(task->description().output_dim);
+    const auto dim = static_cast<Eigen::Index>(1 + num_outputs);
+    const Gmm policy(1, {{.prior = 1,
+                          .mean = Eigen::VectorXd::Constant(dim, .5),
+                          .covariance = Eigen::MatrixXd::Identity(dim, dim)}});
+    Trace trace;
+    const double reward = task->evaluate_traced(policy, 0, trace).reward;
+    EXPECT_EQ(reward, task->evaluate(policy, 0).reward) << c.task;
+    EXPECT_EQ(trace.columns(), c.columns);
+    EXPECT_EQ(trace.policy_inputs(), std::vector<std::string>{c.columns[0]});
+    EXPECT_EQ(trace.policy_outputs().size(), num_outputs);
+    const std::size_t width = trace.columns().size();
+    ASSERT_EQ(trace.numbers().size(), 100 * width);
+    double sum = 0;
+    for (std::size_t i = 0; i < trace.numbers().size(); i += width) {
+      for (std::size_t o = 1; o <= num_outputs; ++o) {
+        const double miss = trace.numbers()[i + o] - trace.numbers()[i + num_outputs + o];
+        sum += miss * miss;
+      }
+    }
+    EXPECT_NEAR(std::exp(-c.alpha * sum / 100), reward, 1e-12) << c.task;
+  }
+}
+
+TEST(TraceTest, OutputsOfATrajectoryAreNumbered) {
+  const auto task = make("trajectory", R"({"goal": {
+      "means": [[0, 1, 2], [2, 1, 0]], "covariances": [1, 0, 1, 0, 0, 1]}})");
+  const Gmm policy(
+      1,
+      {{.prior = 1, .mean = Eigen::Vector3d::Zero(), .covariance = Eigen::Matrix3d::Identity()}});
+  Trace trace;
+  (void)task->evaluate_traced(policy, 0, trace);
+  EXPECT_EQ(trace.columns(),
+            (std::vector<std::string>{"time_s", "x1", "x2", "goal_x1", "goal_x2"}));
+}
+
+TEST(TraceTest, PosesCountAmongTheNumbers) {
+  Trace trace;
+  trace.set_columns({"time_s"});
+  const Pose pose(1, std::vector<PosePoint>(Trace::kNumbersMax / 2));
+  trace.add_row({0});
+  trace.add_pose(pose);
+  EXPECT_FALSE(trace.is_complete());
+  EXPECT_TRUE(trace.poses().empty());
+}
+
+TEST(TraceDeathTest, EveryRowHasAPoseOrNoneHas) {
+  Trace trace;
+  trace.set_columns({"time_s"});
+  EXPECT_DEATH(trace.add_pose({}), "every row has a pose");
+  trace.add_row({0});
+  trace.add_row({1});
+  EXPECT_DEATH(trace.add_pose({}), "every row has a pose");
+  EXPECT_DEATH(trace.set_policy_columns({"angle_rad"}, {}), "are columns of the trace");
 }
 
 TEST(TraceDeathTest, ARowHasANumberForEachColumn) {

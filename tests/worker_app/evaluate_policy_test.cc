@@ -60,7 +60,26 @@ TEST(EvaluatePolicyTest, ATaskWithoutTracesGivesAnEmptyOne) {
   json asked = request();
   asked["trace"] = true;
   const json said = evaluate(asked.dump()).said;
-  EXPECT_EQ(said["trace"], (json{{"columns", json::array()}, {"numbers", json::array()}}));
+  EXPECT_EQ(said["trace"], (json{{"columns", json::array()},
+                                 {"numbers", json::array()},
+                                 {"policy_inputs", json::array()},
+                                 {"policy_outputs", json::array()},
+                                 {"poses", json::array()}}));
+}
+
+TEST(EvaluatePolicyTest, ATraceHasThePolicysColumnsAndWhatIsSeenAtEachRow) {
+  const json asked{{"task", {{"name", "swing_up"}, {"settings", {{"duration_s", .01}}}}},
+                   {"policy", policy().dump()},
+                   {"trace", true}};
+  const json trace = evaluate(asked.dump()).said["trace"];
+  EXPECT_EQ(trace["policy_inputs"], json{"time_s"});
+  EXPECT_EQ(trace["policy_outputs"], json{"cart_acceleration_mps2"});
+  EXPECT_EQ(trace["poses"].size() * trace["columns"].size(), trace["numbers"].size());
+  const json& hanging = trace["poses"][0];
+  ASSERT_EQ(hanging.size(), 2);  // the cart; the links: joint, joint, tip
+  ASSERT_EQ(hanging[1].size(), 6);
+  EXPECT_EQ(hanging[1][1], 0);
+  EXPECT_NEAR(hanging[1][5].get<double>(), -.803, 1e-9);
 }
 
 TEST(EvaluatePolicyTest, AFailureIsAnAnswerAndATaskPastItsTimeIsEnded) {

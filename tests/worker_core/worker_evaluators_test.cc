@@ -243,6 +243,28 @@ TEST(WorkerEvaluatorsTest, IgnoresAnswersAndTimesOfAnEarlierJob) {
   EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
 }
 
+TEST(WorkerEvaluatorsTest, OneThatCannotLoadWhatAnotherCouldIsReplacedAndTheRolloutDoesNotFail) {
+  Stage stage(2);
+  stage.define();
+  stage.ask({stage.request(1)});
+  const int able = stage.effects<RunRollout>().back().evaluator;
+  stage.clear();
+  stage.refusal = "no memory";
+  stage.ask({stage.request(2)});
+  ASSERT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
+  const int unable = stage.effects<KillEvaluator>().back().evaluator;
+  EXPECT_NE(unable, able);
+  stage.refusal.clear();
+  stage.die(unable, Death::kForeignSignal, 9);
+  stage.finish(able);
+  stage.pass(1s);
+  EXPECT_EQ(stage.effects<RunRollout>().back().request.key.number, 2);
+  stage.finish(stage.effects<RunRollout>().back().evaluator, .25);
+  EXPECT_EQ(last_result(stage).status, RolloutStatus::kOk);
+  EXPECT_EQ(last_result(stage).reward, .25);
+  EXPECT_EQ(stage.status().num_failed, 0);
+}
+
 TEST(WorkerEvaluatorsTest, ARewardThatIsNoFiniteNumberIsAFailure) {
   Stage stage;
   stage.define();

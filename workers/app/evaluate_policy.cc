@@ -83,7 +83,24 @@ void limit_cpu_time(double limit_s) {
 }
 
 json to_json(const Trace& trace) {
-  return {{"columns", trace.columns()}, {"numbers", trace.numbers()}};
+  json poses = json::array();
+  for (const Pose& pose : trace.poses()) {
+    json lines = json::array();
+    for (const auto& line : pose) {
+      json numbers = json::array();
+      for (const PosePoint& point : line) {
+        numbers.push_back(point.x_m);
+        numbers.push_back(point.y_m);
+      }
+      lines.push_back(std::move(numbers));
+    }
+    poses.push_back(std::move(lines));
+  }
+  return {{"columns", trace.columns()},
+          {"numbers", trace.numbers()},
+          {"policy_inputs", trace.policy_inputs()},
+          {"policy_outputs", trace.policy_outputs()},
+          {"poses", std::move(poses)}};
 }
 
 }  // namespace

@@ -11,7 +11,8 @@ namespace treeroll::worker {
 ///
 ///   {"task": {"name": "swing_up", "settings": {}}, "policy": TEXT, "seed": 0, "trace": true}
 ///   {"description": {...}, "evaluation": {"reward": .98, "status": "ok"}, "complaint": "",
-///    "trace": {"columns": [NAME, ...], "numbers": [row after row]}}
+///    "trace": {"columns": [NAME, ...], "numbers": [row after row], "policy_inputs": [NAME, ...],
+///              "policy_outputs": [NAME, ...], "poses": [[[x, y, x, y, ...], ...], ...]}}
 ///   {"error": {"key": "policy", "value": "", "rule": "..."}}
 ///
 /// TEXT is that of common/policy/policy.h; seed (0) and trace (false) may be left out, and the

@@ -44,4 +44,8 @@ Evaluation SpiralTask::evaluate(const Gmm& policy, std::uint64_t /*seed*/) {
   return {.reward = trajectory_reward(goal_, alpha_, policy)};
 }
 
+Evaluation SpiralTask::evaluate_traced(const Gmm& policy, std::uint64_t /*seed*/, Trace& trace) {
+  return {.reward = traced_trajectory_reward(goal_, alpha_, policy, "t", {"x", "y"}, trace)};
+}
+
 }  // namespace treeroll

@@ -20,6 +20,8 @@ class SpiralTask : public Task {
 
   TaskDescription description() const override;
   Evaluation evaluate(const Gmm& policy, std::uint64_t seed) override;
+  /// Columns: t, x, y and their goals, at each sample.
+  Evaluation evaluate_traced(const Gmm& policy, std::uint64_t seed, Trace& trace) override;
 
  private:
   double alpha_;

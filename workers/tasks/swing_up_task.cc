@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "common/base/check.h"
 #include "common/base/elementary.h"
@@ -17,6 +18,28 @@ constexpr NumberRule kDuration{.min = 0, .max = 1000, .min_allowed = false};
 constexpr NumberRule kTimeLimit{.min = .001, .max = 86400};
 constexpr NumberRule kAngle{.min = -1000, .max = 1000};
 
+/// Cart, joint and tip, (B-2). The cart is as large as the eye likes it: the plant's has no size.
+Pose pose(const sim::DoublePendulum& links, const sim::CartPendulumState& s) {
+  constexpr double kHalfWidthM = .1;
+  constexpr double kHeightM = .06;
+  const double joint_x_m = s.y - links.l1 * elementary::sin(s.phi1);
+  const double joint_y_m = links.l1 * elementary::cos(s.phi1);
+  const double left_m = s.y - kHalfWidthM;
+  const double right_m = s.y + kHalfWidthM;
+  return {{{left_m, 0}, {right_m, 0}, {right_m, -kHeightM}, {left_m, -kHeightM}, {left_m, 0}},
+          {{s.y, 0},
+           {joint_x_m, joint_y_m},
+           {joint_x_m - links.l2 * elementary::sin(s.phi2),
+            joint_y_m + links.l2 * elementary::cos(s.phi2)}}};
+}
+
+/// What is seen of a plant; nothing if its links are not known here.
+std::optional<sim::DoublePendulum> visible_links(const sim::PlantSettings& plant,
+                                                 const PlantVariation& variation) {
+  if (variation.parameter_fraction > 0) return std::nullopt;
+  return plant.parameters;
+}
+
 }  // namespace
 
 double swing_up_cost(const sim::CartPendulumState& s) {
@@ -27,12 +50,17 @@ double swing_up_cost(const sim::CartPendulumState& s) {
 }
 
 SwingUpTask::SwingUpTask(SettingsReader& settings)
+    : SwingUpTask(settings, sim::read_plant_settings(settings), read_plant_variation(settings)) {}
+
+SwingUpTask::SwingUpTask(SettingsReader& settings, const sim::PlantSettings& plant,
+                         const PlantVariation& variation)
     : duration_s_(settings.number("duration_s", kDuration, 2.5)),
       alpha_(settings.number("alpha", kPositive, .25)),
       time_limit_s_(settings.number("time_limit_s", kTimeLimit, 10)),
       start_{.phi1 = settings.number("start_phi1", kAngle, -std::numbers::pi),
              .phi2 = settings.number("start_phi2", kAngle, -std::numbers::pi)},
-      plant_(sim::read_plant_settings(settings), read_plant_variation(settings)) {}
+      links_(visible_links(plant, variation)),
+      plant_(plant, variation) {}
 
 TaskDescription SwingUpTask::description() const {
   return {.input_dim = 1,
@@ -50,6 +78,7 @@ Evaluation SwingUpTask::evaluate(const Gmm& policy, std::uint64_t seed) {
 Evaluation SwingUpTask::evaluate_traced(const Gmm& policy, std::uint64_t seed, Trace& trace) {
   trace.set_columns({"time_s", "phi1_rad", "phi2_rad", "y_m", "phi1_rate_radps", "phi2_rate_radps",
                      "y_rate_mps", "cart_acceleration_mps2", "cost"});
+  trace.set_policy_columns({"time_s"}, {"cart_acceleration_mps2"});
   return roll_out(policy, seed, &trace);
 }
 
@@ -68,6 +97,7 @@ Evaluation SwingUpTask::roll_out(const Gmm& policy, std::uint64_t seed, Trace* t
               if (trace != nullptr) {
                 trace->add_row({time_s, s.phi1, s.phi2, s.y, s.phi1_rate, s.phi2_rate, s.y_rate,
                                 cart_acceleration_mps2, cost});
+                if (links_) trace->add_pose(pose(*links_, s));
               }
               return true;
             });

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "workers/tasks/plant_variation.h"
 #include "workers/tasks/task.h"
 
@@ -27,10 +29,13 @@ class SwingUpTask : public Task {
 
   TaskDescription description() const override;
   Evaluation evaluate(const Gmm& policy, std::uint64_t seed) override;
-  /// Columns: time, state, input and cost of (4-6), at each output step of the plant.
+  /// Columns: time, state, input and cost of (4-6), at each output step of the plant; poses: the
+  /// cart and the links, unless their lengths vary.
   Evaluation evaluate_traced(const Gmm& policy, std::uint64_t seed, Trace& trace) override;
 
  private:
+  SwingUpTask(SettingsReader& settings, const sim::PlantSettings& plant,
+              const PlantVariation& variation);
   /// @param trace  may be null
   Evaluation roll_out(const Gmm& policy, std::uint64_t seed, Trace* trace);
 
@@ -38,6 +43,7 @@ class SwingUpTask : public Task {
   double alpha_;
   double time_limit_s_;
   sim::CartPendulumState start_;
+  std::optional<sim::DoublePendulum> links_;  ///< nothing if they vary
   VariedPlant plant_;
 };
 

@@ -1,7 +1,9 @@
 #include "workers/tasks/trajectory_task.h"
 
 #include <array>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "common/base/settings_reader.h"
 #include "common/policy/gmr.h"
@@ -50,6 +52,18 @@ TaskDescription TrajectoryTask::description() const {
 
 Evaluation TrajectoryTask::evaluate(const Gmm& policy, std::uint64_t /*seed*/) {
   return {.reward = trajectory_reward(goal_, alpha_, policy)};
+}
+
+Evaluation TrajectoryTask::evaluate_traced(const Gmm& policy, std::uint64_t /*seed*/,
+                                           Trace& trace) {
+  std::vector<std::string> outputs = {"x"};
+  if (goal_.outputs.rows() > 1) {
+    outputs.clear();
+    for (Eigen::Index o = 1; o <= goal_.outputs.rows(); ++o) {
+      outputs.push_back("x" + std::to_string(o));
+    }
+  }
+  return {.reward = traced_trajectory_reward(goal_, alpha_, policy, "time_s", outputs, trace)};
 }
 
 }  // namespace treeroll

@@ -23,6 +23,8 @@ class TrajectoryTask : public Task {
 
   TaskDescription description() const override;
   Evaluation evaluate(const Gmm& policy, std::uint64_t seed) override;
+  /// Columns: time in s, the outputs and their goals, at each sample.
+  Evaluation evaluate_traced(const Gmm& policy, std::uint64_t seed, Trace& trace) override;
 
  private:
   double alpha_;
