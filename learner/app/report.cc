@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <cstdio>
 #include <map>
 
 #include "common/base/config_error.h"
 #include "learner/app/claims_file.h"
 #include "learner/app/report_figures.h"
+#include "learner/app/study_error.h"
+#include "learner/app/study_file.h"
 #include "learner/report/atomic_file.h"
 #include "learner/report/report_sections.h"
 

@@ -89,8 +89,8 @@ Result<JournalTail> read_journal(std::istream& file, const std::string& name,
       tail.torn_bytes = window.offset() - offset;
       // The first record is on stable storage before a second one is written.
       if (tail.num_records == 0 && tail.torn_bytes > framed_size(JournalStart{})) {
-        return Error{
-            fmt::format("{}: is no journal: not one record is in its {} bytes", name, tail.torn_bytes)};
+        return Error{fmt::format("{}: is no journal: not one record is in its {} bytes", name,
+                                 tail.torn_bytes)};
       }
       break;
     }
