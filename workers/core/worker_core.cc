@@ -154,6 +154,9 @@ void WorkerCore::finish_if_drained(const Turn& turn) {
   const bool acknowledged = answers_.all_acknowledged();
   if (!acknowledged && turn.now < *drain_end_) return;
   if (!acknowledged) turn.log(true, "leaves with answers no learner has acknowledged");
+  turn.log(false,
+           fmt::format("evaluated {} roll-outs, was asked again for {}, restarted {} evaluators",
+                       num_evaluated_, num_repeated_, num_restarts_));
   send_status(turn);
   turn.effects.emplace_back(Exit{0});
   exited_ = true;
