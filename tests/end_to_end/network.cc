@@ -160,4 +160,6 @@ void resize_small_disk(const std::string& folder, int size_kib) {
   }
 }
 
+void unmount_small_disk(const std::string& folder) { umount2(folder.c_str(), MNT_DETACH); }
+
 }  // namespace treeroll::end_to_end

@@ -54,5 +54,7 @@ class Network {
 void mount_small_disk(const std::string& folder, int size_kib);
 /// Gives it another size.
 void resize_small_disk(const std::string& folder, int size_kib);
+/// Takes it away with all that is on it; it would go with this process too.
+void unmount_small_disk(const std::string& folder);
 
 }  // namespace treeroll::end_to_end

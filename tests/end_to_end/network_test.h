@@ -30,19 +30,30 @@ class NetworkTest : public ::testing::Test {
 
   std::filesystem::path state(const std::string& name) const { return service_.directory() / name; }
 
+  /// What one process learns from the study, without network and workers.
+  struct Files {
+    std::string rollouts_csv;
+    std::string runs_csv;
+  };
+  Files learnt_alone(const std::filesystem::path& study) const;
+  /// The learner ends well, within the limit, with these files, no roll-out failed.
+  Service::Learnt expect_learnt(Daemon& learner, const std::string& name, const Files& files) const;
+  /// The journal follows from the study and the rewards in it, as far as it goes.
+  void expect_verified(const std::string& name) const;
+
   Service service_;
 };
 
 /// Ends a worker daemon in good order; how many roll-outs it says it has evaluated.
 std::int64_t num_evaluated(Daemon& worker);
 
-/// Roll-outs in the journal of a state directory, which may be written meanwhile; 0 while there is
-/// none.
-std::int64_t num_journalled(const std::filesystem::path& state);
-
+/// Waits until the learner of this state directory has so many more bytes in its journal.
+bool journal_grows(const std::filesystem::path& state, std::uintmax_t num_bytes);
 /// Thirty runs, one roll-out of each in flight, of the swing-up in ODE.
 std::string swing_up_study(int rollouts);
-/// Thirty runs, one roll-out of each in flight, that burn some microseconds of processor time.
+/// Thirty runs, one roll-out of each in flight, of the synthetic task; it burns processor time.
 std::string synthetic_study(int rollouts, int duration_us);
+/// The same, but it sleeps, and is taken for blocked after a second and a half.
+std::string sleeping_study(int rollouts, int duration_us, int seed = 12);
 
 }  // namespace treeroll::end_to_end

@@ -101,6 +101,7 @@ void WorkerCore::on(const Turn& turn, const InboxDrained&) {
                  answers_.first_index(id) - 1 +
                      static_cast<std::int64_t>(num_results_max(queue_.keys(id).size())));
     if (learner.answers_due || window_end > last_sent) send_answers(turn, id, learner);
+    hurry_if_full(turn, id, learner);
   }
   finish_if_drained(turn);
 }
