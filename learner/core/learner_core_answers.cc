@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kTimingWeight = .1;
 /// What a worker says it holds is not lost, and its next heartbeat or answer comes before this.
-constexpr Duration kHeldLeaseMin = std::chrono::milliseconds(300);
+constexpr Duration kHeldLeaseMin = std::chrono::seconds(1);
 /// Of a result whose worker was another incarnation's: it compares with nothing.
 constexpr int kUnknownClass = -1;
 

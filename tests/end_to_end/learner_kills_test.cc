@@ -45,7 +45,7 @@ TEST_F(LearnerKillsTest, AfterAHundredKillsTheFilesAreThoseOfAnUndisturbedRun) {
     if (HasFailure()) FAIL() << "kill " << kill << ", seed " << seed;
     near = resumed(network, 0, "state");
   }
-  expect_learnt(*near, "state", learnt_alone(study));
+  expect_learnt(*near, "state", learnt_alone(study, kAtOnce));
   expect_verified("state");
 }
 

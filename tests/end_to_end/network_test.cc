@@ -78,8 +78,9 @@ std::int64_t num_evaluated(Daemon& worker) {
   return std::stoll(found[1]);
 }
 
-NetworkTest::Files NetworkTest::learnt_alone(const fs::path& study) const {
-  const std::vector<RunRecord> runs = run_study(study, {});
+NetworkTest::Files NetworkTest::learnt_alone(const fs::path& study,
+                                             const std::vector<std::string>& overrides) const {
+  const std::vector<RunRecord> runs = run_study(study, overrides);
   write_rollouts_csv(service_.directory() / "rollouts.csv", runs);
   write_runs_csv(service_.directory() / "runs.csv", runs);
   return {read_file(service_.directory() / "rollouts.csv"),

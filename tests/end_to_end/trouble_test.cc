@@ -43,7 +43,7 @@ TEST_F(TroubleTest, WhoIsCutOffComesBack) {
   network.cut(0);
   ASSERT_TRUE(says(*cut_learner, "has left", 3)) << cut_learner->standard_error();
   network.heal(0);
-  expect_learnt(*cut_learner, "state", learnt_alone(study));
+  expect_learnt(*cut_learner, "state", learnt_alone(study, kAtOnce));
 }
 
 TEST_F(TroubleTest, EvaluatorsAndWorkersAreKilledAndStopped) {
@@ -72,7 +72,7 @@ TEST_F(TroubleTest, EvaluatorsAndWorkersAreKilledAndStopped) {
   ASSERT_TRUE(says(*near, "has left", 2)) << near->standard_error();
   stopped->kill(SIGCONT);
   ASSERT_TRUE(says(*near, "has joined", 4)) << near->standard_error();
-  const Service::Learnt learnt = expect_learnt(*near, "state", learnt_alone(study));
+  const Service::Learnt learnt = expect_learnt(*near, "state", learnt_alone(study, kAtOnce));
   EXPECT_GT(learnt.summary["ledger"]["reissued"], 0) << "the kills met no work";
 }
 
@@ -90,7 +90,7 @@ TEST_F(TroubleTest, ALearnerIsKilledWhilePacketsAreLostAndGoesOn) {
     expect_verified("state");
     near = resumed(network, 0, "state");
   }
-  expect_learnt(*near, "state", learnt_alone(study));
+  expect_learnt(*near, "state", learnt_alone(study, kAtOnce));
   expect_verified("state");
 }
 
@@ -102,8 +102,8 @@ TEST_F(TroubleTest, TwoLearnersShareTheWorkersOfAGroup) {
   const auto far = worker(network, 2, 2);
   const auto one = learner(network, 0, study, "one");
   const auto other = learner(network, 1, other_study, "other");
-  const Files files = learnt_alone(study);
-  const Files other_files = learnt_alone(other_study);
+  const Files files = learnt_alone(study, kAtOnce);
+  const Files other_files = learnt_alone(other_study, kAtOnce);
   EXPECT_NE(files.rollouts_csv, other_files.rollouts_csv);
   expect_learnt(*one, "one", files);
   expect_learnt(*other, "other", other_files);
@@ -117,7 +117,7 @@ TEST_F(TroubleTest, AHundredWorkersJoinAtOnce) {
   for (int i = 0; i < 100; ++i) workers.push_back(worker(network, 1 + i % 4, 1));
   for (const auto& each : workers) ASSERT_TRUE(says(*each, "with 1 evaluators"));
   const auto near = learner(network, 0, study, "state");
-  const Service::Learnt learnt = expect_learnt(*near, "state", learnt_alone(study));
+  const Service::Learnt learnt = expect_learnt(*near, "state", learnt_alone(study, kAtOnce));
   EXPECT_EQ(learnt.summary["workers"].size(), 100U);
   EXPECT_EQ(num_said(*near, "has joined"), 100) << "some left and came again";
 }
@@ -142,7 +142,7 @@ TEST_F(TroubleTest, AFullDiskEndsTheLearnerAndWithSpaceItGoesOn) {
 
   resize_small_disk(disk, 8192);
   const auto near = resumed(network, 0, "disk/state");
-  expect_learnt(*near, "disk/state", learnt_alone(study));
+  expect_learnt(*near, "disk/state", learnt_alone(study, kAtOnce));
   expect_verified("disk/state");
   unmount_small_disk(disk);
 }
