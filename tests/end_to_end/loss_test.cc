@@ -5,11 +5,11 @@ namespace treeroll::end_to_end {
 namespace {
 
 TEST_F(LossTest, TheSwingUpIsLearntToTheSameBitsAtAnyLoss) {
-  expect_one_result_at_any_loss(swing_up_study(20));
+  expect_one_result_at_any_loss(swing_up_study(10));
 }
 
 TEST_F(LossTest, ShortRolloutsAreLearntToTheSameBitsAtAnyLoss) {
-  expect_one_result_at_any_loss(synthetic_study(200, 50));
+  expect_one_result_at_any_loss(synthetic_study(100, 50));
 }
 
 }  // namespace

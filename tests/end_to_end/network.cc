@@ -13,6 +13,7 @@
 #include <cstring>
 #include <fstream>
 #include <stdexcept>
+#include <utility>
 
 namespace treeroll::end_to_end {
 namespace {
@@ -147,19 +148,20 @@ void Network::heal(int index) const {
   must_run(fmt::format("ip link set port{} up", index), bridge_);
 }
 
-void mount_small_disk(const std::string& folder, int size_kib) {
-  if (mount("tmpfs", folder.c_str(), "tmpfs", 0, fmt::format("size={}k", size_kib).c_str()) != 0) {
-    throw std::runtime_error(fmt::format("{}: no tmpfs: {}", folder, std::strerror(errno)));
-  }
-}
-
-void resize_small_disk(const std::string& folder, int size_kib) {
+SmallDisk::SmallDisk(std::string folder, int size_kib) : folder_(std::move(folder)) {
   const std::string size = fmt::format("size={}k", size_kib);
-  if (mount(nullptr, folder.c_str(), nullptr, MS_REMOUNT, size.c_str()) != 0) {
-    throw std::runtime_error(fmt::format("{}: stays as it is: {}", folder, std::strerror(errno)));
+  if (mount("tmpfs", folder_.c_str(), "tmpfs", 0, size.c_str()) != 0) {
+    throw std::runtime_error(fmt::format("{}: no tmpfs: {}", folder_, std::strerror(errno)));
   }
 }
 
-void unmount_small_disk(const std::string& folder) { umount2(folder.c_str(), MNT_DETACH); }
+SmallDisk::~SmallDisk() { umount2(folder_.c_str(), MNT_DETACH); }
+
+void SmallDisk::resize(int size_kib) const {
+  const std::string size = fmt::format("size={}k", size_kib);
+  if (mount(nullptr, folder_.c_str(), nullptr, MS_REMOUNT, size.c_str()) != 0) {
+    throw std::runtime_error(fmt::format("{}: stays as it is: {}", folder_, std::strerror(errno)));
+  }
+}
 
 }  // namespace treeroll::end_to_end

@@ -49,12 +49,20 @@ class Network {
   std::vector<int> hosts_;
 };
 
-/// Makes a file system of this size at the folder, seen by this process and those it starts.
-/// Precondition: no Network::refusal(). Throws std::runtime_error.
-void mount_small_disk(const std::string& folder, int size_kib);
-/// Gives it another size.
-void resize_small_disk(const std::string& folder, int size_kib);
-/// Takes it away with all that is on it; it would go with this process too.
-void unmount_small_disk(const std::string& folder);
+/// A file system of its own at a folder, seen by this process and those it starts, gone with this
+/// object.
+class SmallDisk {
+ public:
+  /// Precondition: no Network::refusal(). Throws std::runtime_error.
+  SmallDisk(std::string folder, int size_kib);
+  ~SmallDisk();
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+
+  void resize(int size_kib) const;
+
+ private:
+  std::string folder_;
+};
 
 }  // namespace treeroll::end_to_end

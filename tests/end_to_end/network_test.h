@@ -56,7 +56,7 @@ bool journal_grows(const std::filesystem::path& state, std::uintmax_t num_bytes)
 std::string swing_up_study(int rollouts);
 /// Thirty runs, one roll-out of each in flight, of the synthetic task; it burns processor time.
 std::string synthetic_study(int rollouts, int duration_us);
-/// The same, but it sleeps, and is taken for blocked after a second and a half.
+/// The same, but it sleeps, and is taken for blocked after a second or two.
 std::string sleeping_study(int rollouts, int duration_us, int seed = 12);
 /// An override of both: their roll-outs take no time, and have the same rewards.
 inline const std::vector<std::string> kAtOnce{"task.duration_us=0"};

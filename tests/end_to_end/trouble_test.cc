@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 
 #include <csignal>
-#include <regex>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "tests/end_to_end/network_test.h"
 
@@ -124,9 +126,8 @@ TEST_F(TroubleTest, AHundredWorkersJoinAtOnce) {
 
 TEST_F(TroubleTest, AFullDiskEndsTheLearnerAndWithSpaceItGoesOn) {
   const fs::path study = service_.study(sleeping_study(100, 500));
-  const std::string disk = (service_.directory() / "disk").string();
-  fs::create_directory(disk);
-  mount_small_disk(disk, 128);
+  fs::create_directory(state("disk"));
+  const SmallDisk disk(state("disk").string(), 128);
   Network network(2);
   const auto far = worker(network, 1, 2);
   const auto full = learner(network, 0, study, "disk/state");
@@ -140,11 +141,10 @@ TEST_F(TroubleTest, AFullDiskEndsTheLearnerAndWithSpaceItGoesOn) {
   EXPECT_EQ(still_full->wait(seconds(60)), 1) << still_full->standard_error();
   EXPECT_THAT(still_full->standard_error(), HasSubstr("No space left on device"));
 
-  resize_small_disk(disk, 8192);
+  disk.resize(8192);
   const auto near = resumed(network, 0, "disk/state");
   expect_learnt(*near, "disk/state", learnt_alone(study, kAtOnce));
   expect_verified("disk/state");
-  unmount_small_disk(disk);
 }
 
 }  // namespace
