@@ -35,8 +35,7 @@ namespace {
 namespace fs = std::filesystem;
 using transport::Channel;
 
-/// How long an accepted result may wait for stable storage, and its worker for the acknowledgement:
-/// less than the 20 ms after which a worker repeats it.
+/// How long an accepted result may wait for stable storage, and its worker for the acknowledgement.
 constexpr Duration kSyncPeriod = std::chrono::milliseconds(10);
 
 /// A fresh name for this incarnation: answers to an earlier one cannot pass.

@@ -10,13 +10,15 @@ namespace {
 
 using protocol::WorkerId;
 
-constexpr Duration kLeaseUnknown = std::chrono::seconds(10);
-constexpr Duration kLeaseMin = std::chrono::milliseconds(50);
+constexpr Duration kLeaseUnknown = std::chrono::seconds(1);
+constexpr Duration kLeaseMin = std::chrono::milliseconds(10);
 constexpr Duration kLeaseMax = std::chrono::hours(24);
-/// A worker heard of within two of its slowest heartbeats is alive.
+/// A worker heard of within two of its slowest heartbeats is alive; the others get nothing until
+/// they are heard again.
 constexpr Duration kAlive = std::chrono::milliseconds(600);
-/// Roll-outs queued at an evaluator cover this much of the network's delay.
-constexpr double kCoveredDelaySeconds = 5e-3;
+/// Roll-outs queued at an evaluator cover this much of the network's delay, and of the time in
+/// which a lost message is noticed and sent again.
+constexpr double kCoveredDelaySeconds = 20e-3;
 constexpr int kDepthMin = 2;
 constexpr int kDepthMax = 64;
 /// A request in the kernel's receive buffer, with its bookkeeping there.
@@ -26,10 +28,11 @@ bool knows(const WorkerEntry& worker, const Question& question) {
   return !worker.refused.contains(question.task_id) && !worker.refused.contains(question.policy_id);
 }
 
-/// Workers with room, least loaded first.
+/// Workers that are alive and have room, least loaded first.
 class Candidates {
  public:
-  Candidates(WorkerTable& workers, double rollout_time_s) : rollout_time_s_(rollout_time_s) {
+  Candidates(WorkerTable& workers, const DispatchFacts& facts)
+      : now_(facts.now), rollout_time_s_(facts.rollout_time_s) {
     for (auto& [id, worker] : workers.all()) put(worker);
   }
 
@@ -60,7 +63,7 @@ class Candidates {
   };
 
   int room(const WorkerEntry& worker) const {
-    if (!worker.usable()) return 0;
+    if (!worker.usable() || worker.last_heard + kAlive <= now_) return 0;
     return std::min(window(worker, rollout_time_s_) - static_cast<int>(worker.leases.size()),
                     worker.free_slots);
   }
@@ -71,6 +74,7 @@ class Candidates {
     if (room(worker) > 0) by_load_.emplace(load(worker), &worker);
   }
 
+  TimePoint now_;
   double rollout_time_s_;
   std::set<std::pair<double, WorkerEntry*>, Order> by_load_;
 };
@@ -102,15 +106,14 @@ Duration lease_duration(const WorkerEntry& worker, double rollout_time_s) {
 std::vector<Ledger::Assignment> assign(const Ledger& ledger, WorkerTable& workers,
                                        const DispatchFacts& facts) {
   std::vector<Ledger::Assignment> chosen;
-  Candidates candidates(workers, facts.rollout_time_s);
+  Candidates candidates(workers, facts);
   for (std::size_t place = 0; place < ledger.ready().size() && !candidates.empty(); ++place) {
     const protocol::RolloutKey key = ledger.ready()[place];
     const Ledger::Entry& entry = *ledger.find(key);
     if (!facts.tasks->contains(entry.question.task_id)) continue;
 
     WorkerEntry* worker = workers.find(entry.last_worker);
-    const bool stays = worker && worker->usable() && worker->last_heard + kAlive > facts.now &&
-                       knows(*worker, entry.question) && candidates.has_room(*worker);
+    const bool stays = worker && knows(*worker, entry.question) && candidates.has_room(*worker);
     if (!stays) worker = candidates.least_loaded(entry.question);
     if (!worker) continue;
     candidates.give(*worker, key);

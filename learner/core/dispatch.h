@@ -22,11 +22,11 @@ struct DispatchFacts {
 /// no more than its receive buffer holds.
 int window(const WorkerEntry& worker, double rollout_time_s);
 
-/// How long a roll-out may stay with a worker without word: max(50 ms, 4 x (queued work + round
-/// trip)); 10 s while no duration is known.
+/// How long a roll-out may stay with a worker without word: max(10 ms, 4 x (queued work + round
+/// trip)); 1 s while no duration is known.
 Duration lease_duration(const WorkerEntry& worker, double rollout_time_s);
 
-/// Who gets which of the ready roll-outs: the least loaded worker that has room and has not
+/// Who gets which of the ready roll-outs: the least loaded worker that is alive, has room and has not
 /// refused the definitions. A re-issued one goes back to the worker that had it while that worker
 /// is heard of, because it may hold it already or have the answer in its store.
 /// Reduces `free_slots` and notes the leases in `workers`.

@@ -11,6 +11,8 @@ namespace treeroll {
 namespace {
 
 constexpr double kTimingWeight = .1;
+/// What a worker says it holds is not lost, and its next heartbeat or answer comes before this.
+constexpr Duration kHeldLeaseMin = std::chrono::seconds(1);
 
 /// False for what is no number, too.
 bool is_in_range(double reward, const TaskFacts& facts) {
@@ -139,10 +141,10 @@ void LearnerCore::note_timing(WorkerEntry& worker, const protocol::RolloutResult
                         : rollout_time_s_ + kTimingWeight * (duration_s - rollout_time_s_);
   if (!entry.lease || entry.lease->worker != worker.id) return;
   const double answer_s = to_seconds(now - entry.lease->issued_at);
-  double& mean_s =
-      worker.answer_time_s ? *worker.answer_time_s : worker.answer_time_s.emplace(answer_s);
-  // Rises at once and falls slowly: a lease too short costs more than one too long.
-  mean_s = std::max(answer_s, mean_s + kTimingWeight * (answer_s - mean_s));
+  double& median_s = worker.answer_time_s ? *worker.answer_time_s
+                                          : worker.answer_time_s.emplace(std::max(answer_s, 1e-6));
+  // The median, in small steps: answers that were lost at first come late and would stretch a mean.
+  median_s *= answer_s > median_s ? 1 + kTimingWeight : 1 / (1 + kTimingWeight);
 }
 
 void LearnerCore::take_back(WorkerEntry& worker, protocol::RolloutKey key) {
@@ -157,7 +159,7 @@ bool LearnerCore::answers_open_question(const protocol::RolloutResult& result) c
 
 void LearnerCore::extend_leases(WorkerEntry& worker, const std::vector<protocol::RolloutKey>& held,
                                 TimePoint now) {
-  const TimePoint extended = now + lease_duration(worker, rollout_time_s_);
+  const TimePoint extended = now + std::max(kHeldLeaseMin, lease_duration(worker, rollout_time_s_));
   for (const protocol::RolloutKey key : held) ledger_.extend(key, worker.id, extended);
 }
 

@@ -34,7 +34,7 @@ struct WorkerEntry {
     TimePoint until;  ///< it is asked again after this
   };
   std::map<ContentHash, Refusal> refused;  ///< by definition
-  /// From issue to answer, running mean; nothing before the first answer.
+  /// From issue to answer, running median; nothing before the first answer.
   std::optional<double> answer_time_s;
   std::int64_t settled = 0;       ///< highest result index that has been looked at
   std::int64_t answered = 0;      ///< last result index of its newest batch

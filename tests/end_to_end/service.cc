@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -41,7 +42,8 @@ void write_file(const fs::path& path, const std::string& text) {
 }
 
 Daemon::Daemon(const std::string& name, const std::vector<std::string>& arguments,
-               const fs::path& directory, const std::map<std::string, std::string>& environment)
+               const fs::path& directory, const std::map<std::string, std::string>& environment,
+               int network)
     : output_(directory / fmt::format("daemon-{}", next_number++)) {
   const fs::path program = name.find('/') == std::string::npos ? executable(name) : fs::path(name);
   std::vector<std::string> words{program.string()};
@@ -56,6 +58,7 @@ Daemon::Daemon(const std::string& name, const std::vector<std::string>& argument
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     dup2(open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600), STDOUT_FILENO);
     dup2(open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600), STDERR_FILENO);
+    if (network >= 0 && setns(network, CLONE_NEWNET) != 0) _exit(126);
     for (const auto& [key, value] : environment) setenv(key.c_str(), value.c_str(), 1);
     execv(argv[0], argv.data());
     _exit(127);

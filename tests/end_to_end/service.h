@@ -15,10 +15,11 @@ namespace treeroll::end_to_end {
 /// A daemon of the build under test, its outputs in files. Ended (SIGKILL) with this object.
 class Daemon {
  public:
-  /// @param name  of an executable beside the tests, or a path
+  /// @param name     of an executable beside the tests, or a path
+  /// @param network  the namespace it runs in (Network::host); -1: this process's
   Daemon(const std::string& name, const std::vector<std::string>& arguments,
          const std::filesystem::path& directory,
-         const std::map<std::string, std::string>& environment = {});
+         const std::map<std::string, std::string>& environment = {}, int network = -1);
   ~Daemon();
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;

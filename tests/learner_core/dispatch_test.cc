@@ -87,12 +87,22 @@ TEST(DispatchTest, ReturnsAReissuedRolloutToItsWorkerWhileThatIsAlive) {
   }
 }
 
+TEST(DispatchTest, GivesNothingToAWorkerThatHasFallenSilent) {
+  Ledger ledger = with_draws(1);
+  WorkerTable workers;
+  add_worker(workers, 1, 1);
+  workers.hear(1, at(0));
+  EXPECT_TRUE(assign(ledger, workers, {at(700), 1, &kTasks}).empty());
+  workers.hear(1, at(700));
+  EXPECT_EQ(assign(ledger, workers, {at(701), 1, &kTasks}).size(), 1U);
+}
+
 TEST(DispatchTest, TheWindowGrowsForShortRolloutsAndFitsTheReceiveBuffer) {
   WorkerTable workers;
   WorkerEntry& worker = add_worker(workers, 1, 2);
   EXPECT_EQ(window(worker, 0), 4);
   EXPECT_EQ(window(worker, 1), 4);
-  EXPECT_EQ(window(worker, 1e-3), 14);
+  EXPECT_EQ(window(worker, 1e-3), 44);
   EXPECT_EQ(window(worker, 50e-6), 128);
   worker.receive_buffer_bytes = 20 * 1024;
   EXPECT_EQ(window(worker, 50e-6), 10);
@@ -112,11 +122,11 @@ TEST(DispatchTest, AWorkerIsGivenNoMoreThanItCanNameInOneMessage) {
 TEST(DispatchTest, ALeaseLastsFourTimesWhatAnAnswerTakes) {
   WorkerTable workers;
   WorkerEntry& worker = add_worker(workers, 1, 2);
-  EXPECT_EQ(lease_duration(worker, 0), std::chrono::seconds(10));
+  EXPECT_EQ(lease_duration(worker, 0), std::chrono::seconds(1));
   worker.answer_time_s = .5;
   EXPECT_EQ(lease_duration(worker, .01), std::chrono::seconds(2));
   worker.answer_time_s = 1e-3;
-  EXPECT_EQ(lease_duration(worker, 1e-3), milliseconds(50));
+  EXPECT_EQ(lease_duration(worker, 1e-3), milliseconds(10));
   for (int number = 0; number < 9; ++number) worker.leases.insert({0, number});
   EXPECT_EQ(lease_duration(worker, .1), std::chrono::seconds(2));  // 10 on 2 evaluators
 }

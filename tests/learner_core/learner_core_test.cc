@@ -284,7 +284,7 @@ TEST(LearnerCoreTest, SaysWhyNothingMoves) {
 }
 
 TEST(LearnerCoreTest, IssuesARolloutAgainWhenItsWorkerFallsSilent) {
-  Cluster cluster(small_study(10, 1));
+  Cluster cluster(small_study(400, 1));
   cluster.add_worker(1, seconds(1000));
   cluster.start();
   cluster.run(seconds(1));

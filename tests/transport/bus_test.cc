@@ -165,7 +165,9 @@ TEST(BusTest, OthersHaveTheirTurnWhileMoreIsWaitingThanATurnReads) {
   options.url = url;
   options.channels = {Channel::kRolloutBatch};
   options.on_message = [&](const Message&) {
-    if (++num_received == 1) EXPECT_EQ(write(ends[1], "x", 1), 1);
+    if (++num_received == 1) {
+      EXPECT_EQ(write(ends[1], "x", 1), 1);
+    }
   };
   const auto bus = open_bus(loop, options);
   ASSERT_TRUE(bus);

@@ -121,8 +121,8 @@ TEST(WorkerAnswersTest, RepeatsUnacknowledgedAnswersEverMoreSeldom) {
     }
     stage.clear();
   }
-  EXPECT_EQ(times, (std::vector<Duration>{20ms, 60ms, 140ms, 300ms, 620ms, 1260ms, 2260ms, 3260ms,
-                                          4260ms}));
+  EXPECT_EQ(times, (std::vector<Duration>{3ms, 9ms, 21ms, 45ms, 93ms, 189ms, 381ms, 765ms, 1533ms,
+                                          2533ms, 3533ms, 4533ms}));
   stage.acknowledge(1);
   stage.pass(10s);
   EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
@@ -161,6 +161,23 @@ TEST(WorkerAnswersTest, KeepsToItsByteBudgetAndMovesOnAsAnswersAreAcknowledged) 
   stage.acknowledge(num_window);
   ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(1));
   EXPECT_EQ(stage.sent<RewardBatch>()[0].first_index, num_window + 1);
+}
+
+TEST(WorkerAnswersTest, AsksForAnAcknowledgementSteadilyWhileAnswersFindNoRoom) {
+  Stage stage(1, [](WorkerSettings& s) { s.batch_bytes_max = protocol::kBatchBytesRemoteMax; });
+  stage.define();
+  for (int i = 0; i < 60; ++i) {
+    stage.ask({stage.request(i)});
+    stage.finish(0);
+  }
+  std::size_t num_repeats = 0;
+  for (int i = 0; i < 300; ++i) {
+    stage.clear();
+    stage.pass(1ms);
+    num_repeats += stage.sent<RewardBatch>().size();
+  }
+  EXPECT_GE(num_repeats, 90U);
+  EXPECT_LE(num_repeats, 100U);
 }
 
 TEST(WorkerAnswersTest, DropsWhatDoesNotFitAndReportsItsFreeSlots) {

@@ -116,6 +116,7 @@ void WorkerCore::on(const Turn& turn, const InboxDrained&) {
                  answers_.first_index(id) - 1 +
                      static_cast<std::int64_t>(num_results_max(queue_.keys(id).size())));
     if (learner.answers_due || window_end > last_sent) send_answers(turn, id, learner);
+    hurry_if_full(turn, id, learner);
   }
   finish_if_drained(turn);
 }
@@ -173,6 +174,9 @@ void WorkerCore::finish_if_drained(const Turn& turn) {
   const bool acknowledged = answers_.all_acknowledged();
   if (!acknowledged && turn.now < *drain_end_) return;
   if (!acknowledged) turn.log(true, kLeaving, "leaves with answers no learner has acknowledged");
+  turn.log(false, kLeaving,
+           fmt::format("evaluated {} roll-outs, was asked again for {}, restarted {} evaluators",
+                       num_evaluated_, num_repeated_, num_restarts_));
   send_status(turn);
   exit(turn, 0);
 }

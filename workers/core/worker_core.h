@@ -106,6 +106,7 @@ class WorkerCore {
   // worker_core_sending.cc: what goes out.
   void send_reports(const Turn& turn);
   void send_answers(const Turn& turn, protocol::LearnerId id, Learner& learner);
+  void hurry_if_full(const Turn& turn, protocol::LearnerId id, Learner& learner);
   void ask_for_definitions(const Turn& turn, protocol::LearnerId id, Learner& learner);
   void send_status(const Turn& turn);
   std::size_t num_results_max(std::size_t num_held) const;

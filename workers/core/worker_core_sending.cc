@@ -53,6 +53,13 @@ void WorkerCore::send_answers(const Turn& turn, protocol::LearnerId id, Learner&
   turn.effects.emplace_back(SendMessage{std::move(batch)});
 }
 
+/// Answers that find no room in a batch wait for an acknowledgement, so it is asked for without
+/// backing off.
+void WorkerCore::hurry_if_full(const Turn& turn, protocol::LearnerId id, Learner& learner) {
+  if (!learner.repeat_at || learner.last_sent_index >= answers_.last_index(id)) return;
+  learner.repeat_at = std::min(*learner.repeat_at, turn.now + settings_.repeat_interval_min);
+}
+
 /// Asks for what waiting roll-outs lack, unless all of it was asked for just now, and lets go of
 /// those that have waited too long.
 void WorkerCore::ask_for_definitions(const Turn& turn, protocol::LearnerId id, Learner& learner) {

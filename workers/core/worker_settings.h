@@ -32,9 +32,9 @@ struct WorkerSettings {
   Duration learner_silence_max = std::chrono::seconds(60);
   Duration busy_heartbeat = std::chrono::milliseconds(100);
   Duration idle_heartbeat = std::chrono::milliseconds(250);
-  Duration repeat_interval_min = std::chrono::milliseconds(20);
+  Duration repeat_interval_min = std::chrono::milliseconds(3);
   Duration repeat_interval_max = std::chrono::seconds(1);
-  Duration ask_interval = std::chrono::milliseconds(200);
+  Duration ask_interval = std::chrono::milliseconds(50);
   Duration definition_wait_max = std::chrono::seconds(30);
   Duration start_time_max = std::chrono::seconds(30);   ///< from start to ready
   Duration load_time_limit = std::chrono::seconds(10);  ///< CPU time to build a task or policy
