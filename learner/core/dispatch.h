@@ -26,10 +26,10 @@ int window(const WorkerEntry& worker, double rollout_time_s);
 /// trip)); 1 s while no duration is known.
 Duration lease_duration(const WorkerEntry& worker, double rollout_time_s);
 
-/// Who gets which of the ready roll-outs: the least loaded worker that is alive, has room and has not
-/// refused the definitions. A re-issued one goes back to the worker that had it while that worker
-/// is heard of, because it may hold it already or have the answer in its store.
-/// Reduces `free_slots` and notes the leases in `workers`.
+/// Who gets which of the ready roll-outs: the least loaded worker that is alive, has room and has
+/// not refused the definitions. A re-issued one goes back to the worker that had it while that
+/// worker is heard of, because it may hold it already or have the answer in its store. Reduces
+/// `free_slots` and notes the leases in `workers`.
 std::vector<Ledger::Assignment> assign(const Ledger& ledger, WorkerTable& workers,
                                        const DispatchFacts& facts);
 

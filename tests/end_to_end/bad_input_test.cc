@@ -10,6 +10,7 @@
 namespace treeroll::end_to_end {
 namespace {
 
+namespace fs = std::filesystem;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
@@ -139,6 +140,29 @@ TEST(BadPathTest, AMissingStudyAFolderAndAFullStateDirectoryAreRefused) {
   says({"--resume", service.directory().string()}, "must be the state directory of a study");
   says({good, "--resume", service.directory().string()}, "--resume");
   says({}, "STUDY or --resume");
+}
+
+TEST(BadPathTest, TheStateDirectoryOfALearnerAtWorkIsNotTaken) {
+  const Service service;
+  const fs::path directory = service.directory() / "state";
+  fs::create_directory(directory);
+  write_file(directory / "journal.lcmlog", "");  // what one leaves that came no further
+  const std::vector<std::string> arguments = {service.study(kGood).string(), "--lcm-url",
+                                              service.url(), "--state-dir", directory.string()};
+  const Daemon first("treeroll-learner", arguments, service.directory());  // without a worker
+  ASSERT_TRUE(eventually(seconds(20), [&] {
+    return fs::file_size(directory / "journal.lcmlog") > 0;
+  })) << first.standard_error();
+  const std::string study = read_file(directory / "study.toml");
+  Daemon second("treeroll-learner", {"--resume", directory.string(), "--lcm-url", service.url()},
+                service.directory());
+  EXPECT_EQ(second.wait(seconds(20)), 1);
+  EXPECT_THAT(second.standard_error(), HasSubstr("another learner is writing it"));
+  std::vector<std::string> other = arguments;
+  other.insert(other.end(), {"--set", "study.seed=99"});
+  Daemon third("treeroll-learner", other, service.directory());
+  EXPECT_EQ(third.wait(seconds(20)), 2);
+  EXPECT_EQ(read_file(directory / "study.toml"), study);
 }
 
 TEST(BadPathTest, WithoutAMulticastRouteTheCureIsNamed) {

@@ -211,6 +211,37 @@ TEST_F(ReplayTest, SalvageKeepsThePartBeforeTheDamageAndTheStudyEndsAsItShould) 
   EXPECT_THAT(run("treeroll-learner", salvage).errors, HasSubstr("nothing to salvage"));
 }
 
+TEST_F(ReplayTest, AFileThatIsNoJournalIsKeptAndSalvageBeginsAnew) {
+  const fs::path directory = learn("none");
+  const std::string rollouts = read_file(directory / "rollouts.csv");
+  const std::string strange(10'000, 'x');
+  write_file(directory / "journal.lcmlog", strange);
+  std::vector<std::string> resume = {"--resume", directory.string(), "--local-workers",
+                                     "2",        "--lcm-url",        service_.url()};
+  const Said refused = run("treeroll-learner", resume);
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("is no journal: not one record is in its 10000 bytes"));
+  EXPECT_EQ(read_file(directory / "journal.lcmlog"), strange);
+  resume.emplace_back("--salvage");
+  EXPECT_EQ(run("treeroll-learner", resume).status, 0);
+  EXPECT_EQ(read_file(directory / "journal.lcmlog.damaged"), strange);
+  EXPECT_EQ(read_file(directory / "rollouts.csv"), rollouts);
+}
+
+TEST_F(ReplayTest, ResultsOfAnEarlierStopAreNotComparedWhileItGoesOn) {
+  const fs::path directory = learn("stopped");
+  const std::vector<JournalRecord> good = records_of(directory);
+  std::vector<JournalRecord> records(good.begin(), good.begin() + 60);
+  records.emplace_back(JournalSeal{});
+  records.push_back(good[0]);
+  records.insert(records.end(), good.begin() + 60, good.end() - 1);
+  forge(directory, records);
+  write_file(directory / "runs.csv", "of the stop\n");
+  const Said said = verify(directory);
+  EXPECT_EQ(said.status, 0) << said.errors;
+  EXPECT_THAT(said.output, HasSubstr("not compared"));
+}
+
 TEST_F(ReplayTest, LogsPlayedIntoALiveGroupChangeNoResult) {
   const fs::path log = service_.directory() / "run.lcmlog";
   std::optional<Daemon> logger(

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <fstream>
 #include <iterator>
 
@@ -99,11 +100,12 @@ TEST_F(JournalFileTest, EveryTruncationKeepsTheWholeRecordsAndGoesOnBehindThem) 
 
     JournalWriter writer(path());
     writer.continue_after(*tail);
-    writer.append(result(9), 8);
+    const JournalRecord next = kept == 0 ? JournalRecord(JournalStart{}) : JournalRecord(result(9));
+    writer.append(next, 8);
     writer.sync();
     ASSERT_TRUE(read());
     ASSERT_EQ(records_.size(), kept + 1);
-    EXPECT_EQ(records_.back(), JournalRecord(result(9)));
+    EXPECT_EQ(records_.back(), next);
   }
 }
 
@@ -130,6 +132,45 @@ TEST_F(JournalFileTest, RecordsTakenOutOrMovedAreDetected) {
   replace(whole.substr(0, start) + whole.substr(start + size, size) + whole.substr(start, size) +
           whole.substr(start + 2 * size));
   EXPECT_FALSE(read());
+}
+
+TEST_F(JournalFileTest, WhatIsNoJournalIsNoTornTail) {
+  const std::string whole = write(0, false);
+  const std::size_t start = unframe(whole)->size;
+  replace(std::string(start, '\0'));  // a crash can leave as much of the first record
+  EXPECT_TRUE(read());
+  for (const std::string& bytes : {std::string(start + 1, '\0'), std::string(100'000, 'x')}) {
+    replace(bytes);
+    const Result<JournalTail> tail = read();
+    ASSERT_FALSE(tail);
+    EXPECT_THAT(tail.error().message, HasSubstr("is no journal: not one record is in its"));
+  }
+}
+
+TEST_F(JournalFileTest, BeginsWithAStartAndGoesOnWithOneBehindASeal) {
+  const auto error_of = [this](const std::vector<JournalRecord>& records) -> std::string {
+    fs::remove(path());
+    JournalWriter writer(path());
+    for (const JournalRecord& record : records) writer.append(record, 1);
+    writer.sync();
+    const Result<JournalTail> tail = read();
+    return tail ? "" : tail.error().message;
+  };
+  const JournalStart start;
+  const JournalSeal seal;
+  EXPECT_EQ(error_of({start, result(0), seal, start, result(1), start, result(2), seal}), "");
+  EXPECT_THAT(error_of({result(0)}), HasSubstr("record 0 at byte 0: a start must stand here"));
+  EXPECT_THAT(error_of({start, seal, result(0)}), HasSubstr("record 2"));
+  EXPECT_THAT(error_of({start, seal, seal}), HasSubstr("a start must stand here"));
+}
+
+TEST_F(JournalFileTest, ARewardThatNoTaskCanGiveIsDamage) {
+  for (const double reward : {-.5, std::nan(""), HUGE_VAL}) {
+    AcceptedResult impossible = result(1);
+    impossible.reward = reward;
+    std::uint64_t check = 0;
+    EXPECT_FALSE(unframe(frame(impossible, 0, 0, 0, check))) << reward;
+  }
 }
 
 TEST_F(JournalFileTest, OnlyOneWriterAtATime) {

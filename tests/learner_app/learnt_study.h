@@ -64,6 +64,7 @@ inline LearntStudy learn_into(const std::filesystem::path& directory, const std:
   std::ofstream(directory / "study.toml") << text;
   const Study study = load_study(directory / "study.toml", {}).study;
   JournalWriter journal(directory / "journal.lcmlog");
+  journal.append(JournalStart{}, 0);
   LearntStudy learnt;
   std::vector<RunRecord> records;
   for (int index = 0; index < study.num_runs(); ++index) {

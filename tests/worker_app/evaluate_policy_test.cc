@@ -109,7 +109,7 @@ TEST(EvaluatePolicyTest, BadRequestsAreRefusedWithKeyAndRule) {
   };
   const std::string deep(100'000, '[');
   for (const Bad& bad : std::vector<Bad>{
-           {"request", "", "must be a JSON object"},
+           {"request", "", "must be JSON"},
            {"request", "[1]", "must be a JSON object"},
            {"request", R"({"policy": ""})", "must be a JSON object"},
            {"request", deep, "nested deeper"},
