@@ -63,7 +63,9 @@ void write_runs_csv(const std::filesystem::path& path, const std::vector<RunReco
     row += ',';
     if (run->final_reward) fmt::format_to(out, "{}", *run->final_reward);
     row += ',';
-    if (!run->switches.empty()) fmt::format_to(out, "{}", rollouts_before_switch(*run));
+    for (std::size_t i = 0; i < run->switches.size(); ++i) {
+      fmt::format_to(out, "{}{}", i == 0 ? "" : ";", rollouts_before(run->switches[i]));
+    }
     fmt::format_to(out, ",{},{}\n", num_failed(*run), run->switches.size());
     file.append(row);
   }

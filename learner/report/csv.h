@@ -18,9 +18,9 @@ namespace treeroll {
 void write_rollouts_csv(const std::filesystem::path& path, const std::vector<RunRecord>& runs);
 
 /// condition,repetition,run,rollouts,best_reward,final_reward,rollouts_before_switch,failed,switches:
-/// a row a run. rollouts_before_switch counts the roll-outs up to the one after whose result the
-/// first layer was left; a figure that does not exist is an empty field. Throws std::runtime_error
-/// naming the file if it cannot be written.
+/// a row a run. rollouts_before_switch counts, for each switch, the roll-outs up to the one after
+/// whose result the layer was left, with ";" between: "65;131". A figure that does not exist is an
+/// empty field. Throws std::runtime_error naming the file if it cannot be written.
 void write_runs_csv(const std::filesystem::path& path, const std::vector<RunRecord>& runs);
 
 /// One field, in quotes if it holds a comma, a quote or a line break.

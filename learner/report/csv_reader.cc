@@ -111,6 +111,23 @@ std::int64_t CsvReader::integer(int column, std::int64_t min, std::int64_t max) 
   return value;
 }
 
+std::vector<std::int64_t> CsvReader::integers(int column, std::int64_t min,
+                                              std::int64_t max) const {
+  std::vector<std::int64_t> values;
+  std::string_view rest = text(column);
+  for (bool more = !rest.empty(); more;) {
+    const std::size_t end = rest.find(';');
+    std::int64_t value = 0;
+    if (!parse(rest.substr(0, end), value) || value < min || value > max) {
+      refuse(column, fmt::format("must be whole numbers from {} to {}, ';' between", min, max));
+    }
+    values.push_back(value);
+    more = end != std::string_view::npos;
+    if (more) rest.remove_prefix(end + 1);
+  }
+  return values;
+}
+
 double CsvReader::reward(int column) const {
   double value = 0;
   if (!parse(text(column), value) || !std::isfinite(value) || value < 0) {

@@ -27,6 +27,8 @@ class CsvReader {
   std::string_view text(int column) const { return fields_[static_cast<std::size_t>(column)]; }
   bool empty(int column) const { return text(column).empty(); }
   std::int64_t integer(int column, std::int64_t min, std::int64_t max) const;
+  /// Whole numbers with ";" between them; none of an empty field.
+  std::vector<std::int64_t> integers(int column, std::int64_t min, std::int64_t max) const;
   /// Finite and not negative, as every reward is.
   double reward(int column) const;
 

@@ -20,9 +20,13 @@ inline std::int64_t num_failed(const RunRecord& run) {
   });
 }
 
-/// Roll-outs up to the one after whose result a layer was left for the first time: a count, where
-/// RunRecord::switches holds numbers from 0. With one roll-out in flight it is the number of the
-/// next layer's first. Precondition: the run has switched.
-inline int rollouts_before_switch(const RunRecord& run) { return run.switches.front() + 1; }
+/// Roll-outs up to the one after whose result a layer was left: a count, where RunRecord::switches
+/// holds numbers from 0. With one roll-out in flight it is the number of the next layer's first.
+inline int rollouts_before(int switched) { return switched + 1; }
+
+/// Of the first switch. Precondition: the run has switched.
+inline int rollouts_before_switch(const RunRecord& run) {
+  return rollouts_before(run.switches.front());
+}
 
 }  // namespace treeroll

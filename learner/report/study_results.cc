@@ -43,7 +43,6 @@ struct Counts {
   std::int64_t failed = 0;
   std::int64_t switches = 0;
   std::optional<double> best_reward;
-  std::optional<int> first_switch;  ///< the roll-out after whose result it came, from 0
 };
 
 std::string read_study_name(const fs::path& path) {
@@ -86,11 +85,12 @@ void read_runs(const fs::path& path, std::vector<RunRecord>& runs, std::vector<C
     count.switches = table.integer(kSwitches, 0, count.rollouts);
     if (!table.empty(kBest)) count.best_reward = table.reward(kBest);
     if (!table.empty(kFinal)) run.final_reward = table.reward(kFinal);
-    if (table.empty(kSwitch) != (count.switches == 0)) {
-      table.refuse(kSwitch, "must be there if, and only if, there are switches");
+    for (const std::int64_t number : table.integers(kSwitch, 1, kRolloutsMax)) {
+      run.switches.push_back(static_cast<int>(number) - 1);
     }
-    if (count.switches > 0) {
-      count.first_switch = static_cast<int>(table.integer(kSwitch, 1, kRolloutsMax)) - 1;
+    if (static_cast<std::int64_t>(run.switches.size()) != count.switches) {
+      table.refuse(kSwitch,
+                   fmt::format("must be as many as there are switches, {}", count.switches));
     }
     runs.push_back(std::move(run));
     counts.push_back(count);
@@ -146,27 +146,6 @@ void read_rollouts(const fs::path& path, const std::vector<Counts>& counts,
   }
 }
 
-/// A layer is left after the result that the draw of the next layer's first roll-out waited for:
-/// the one before it with one roll-out in flight, and always as far before it as at the first
-/// switch. A layer that was left when nothing was drawn any more was left after the last result.
-void find_switches(const Counts& counts, RunRecord& run) {
-  std::int16_t layer = run.rollouts.empty() ? std::int16_t{0} : run.rollouts.front().layer;
-  for (std::size_t i = 0; i < run.rollouts.size(); ++i) {
-    if (run.rollouts[i].layer <= layer) continue;
-    layer = run.rollouts[i].layer;
-    run.switches.push_back(static_cast<int>(i));
-  }
-  if (!counts.first_switch) return;
-  const int wait = run.switches.empty() ? 0 : run.switches.front() - *counts.first_switch;
-  for (int& number : run.switches) number -= wait;
-  // At most one: a layer is left for its results, and the next one has none.
-  if (run.switches.empty()) {
-    run.switches.push_back(*counts.first_switch);
-  } else if (static_cast<std::int64_t>(run.switches.size()) + 1 == counts.switches) {
-    run.switches.push_back(static_cast<int>(run.rollouts.size()) - 1);
-  }
-}
-
 /// runs.csv is written from the roll-outs: another count says that one of the files is cut off or
 /// from another study.
 void check(const fs::path& directory, const Counts& counts, const RunRecord& run) {
@@ -181,15 +160,18 @@ void check(const fs::path& directory, const Counts& counts, const RunRecord& run
           std::to_string(num_applied(run)));
   require(counts.failed == num_failed(run), "failed", std::to_string(counts.failed),
           std::to_string(num_failed(run)));
-  require(counts.switches == static_cast<std::int64_t>(run.switches.size()), "switches",
-          std::to_string(counts.switches), std::to_string(run.switches.size()));
+  const auto first = std::find_if(run.rollouts.begin(), run.rollouts.end(), is_applied);
+  const int first_layer = first == run.rollouts.end() ? 1 : first->layer;
+  const int layers_left = first == run.rollouts.end() ? 0 : run.rollouts.back().layer - first_layer;
+  // The layer that is reached by the last switch may have no results, at the run's end.
+  require(counts.switches >= layers_left, "switches", std::to_string(counts.switches),
+          fmt::format("at least {}", layers_left));
   // The result after which a layer is left is of that layer.
   for (std::size_t i = 0; i < run.switches.size(); ++i) {
-    const int number = run.switches[i];
-    const bool is_there = number >= 0 && static_cast<std::size_t>(number) < run.rollouts.size();
-    const int layer = run.rollouts.empty() ? 0 : run.rollouts.front().layer + static_cast<int>(i);
-    require(is_there && run.rollouts[static_cast<std::size_t>(number)].layer == layer,
-            "rollouts_before_switch", fmt::format("{}", *counts.first_switch + 1),
+    const auto number = static_cast<std::size_t>(run.switches[i]);
+    const int layer = first_layer + static_cast<int>(i);
+    require(number < run.rollouts.size() && run.rollouts[number].layer == layer,
+            "rollouts_before_switch", std::to_string(rollouts_before(run.switches[i])),
             fmt::format("up to a roll-out of the layer that was left, {}", layer));
   }
   const double best = counts.best_reward.value_or(-1);
@@ -207,7 +189,6 @@ StudyResults read_study_results(const fs::path& directory) {
   read_runs(directory / "runs.csv", results.runs, counts);
   read_rollouts(directory / "rollouts.csv", counts, results.runs);
   for (RunRecord& run : results.runs) {
-    find_switches(counts[static_cast<std::size_t>(run.run)], run);
     check(directory, counts[static_cast<std::size_t>(run.run)], run);
     const fs::path policy =
         directory / "policies" / fmt::format("{}-{}.json", run.condition, run.repetition);

@@ -20,8 +20,8 @@ struct StudyResults {
 };
 
 /// Reads study.toml (its name), runs.csv, rollouts.csv and, where they exist, policies/*.json.
-/// Nothing is taken on trust: runs.csv must be what rollouts.csv adds up to. A run's switches
-/// follow from the layers of its roll-outs; the first is the one that runs.csv names.
+/// Nothing is taken on trust: runs.csv must be what rollouts.csv adds up to, and each
+/// switch in it after a roll-out of the layer that was left.
 /// Throws std::runtime_error "FILE:LINE: COLUMN = VALUE: RULE", or with the file and the reason.
 StudyResults read_study_results(const std::filesystem::path& directory);
 

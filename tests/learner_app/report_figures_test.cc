@@ -15,6 +15,7 @@ namespace treeroll {
 namespace {
 
 namespace fs = std::filesystem;
+using study_test::deep_study;
 using study_test::learn_into;
 using study_test::tree_study;
 using testing::HasSubstr;
@@ -79,6 +80,24 @@ TEST_F(ReportFiguresTest, WhereResultsWereAppliedAsTheyArrivedTheJournalHasTheir
   fs::remove(folder_ / "study/journal.lcmlog");
   EXPECT_THROW(noise_levels(study(), results(), 1'000'000), std::runtime_error);
   EXPECT_THAT(report("out", ""), HasSubstr("growth of noise is not drawn"));
+}
+
+TEST_F(ReportFiguresTest, EverySwitchIsTheRunsOwnInWhateverOrderResultsArrived) {
+  int num_second = 0;
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    SCOPED_TRACE(testing::Message() << "order drawn from seed " << seed);
+    const auto learnt = learn_into(
+        folder_ / "study", deep_study("order = \"arrival\"\nin_flight = 20"), {.seed = seed});
+    const StudyResults read = results();
+    ASSERT_EQ(read.runs.size(), learnt.runs.size());
+    for (std::size_t run = 0; run < read.runs.size(); ++run) {
+      EXPECT_EQ(read.runs[run].switches, learnt.runs[run].switches);
+      if (read.runs[run].switches.size() == 2) ++num_second;
+    }
+    EXPECT_EQ(noise_levels(study(), read, 1'000'000), learnt.noise);
+    fs::remove_all(folder_ / "study");
+  }
+  EXPECT_GT(num_second, 8);
 }
 
 TEST_F(ReportFiguresTest, SoManyRepetitionsAreDrawnAgainAsTheBoundAllows) {

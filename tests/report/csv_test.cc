@@ -74,7 +74,7 @@ TEST_F(CsvTest, RunsHoldEmptyFieldsForFiguresThatDoNotExist) {
       "condition,repetition,run,rollouts,best_reward,final_reward,rollouts_before_switch,failed,"
       "switches\n"
       "flat,0,0,0,,,,0,0\n"
-      "tree,0,1,3,0.5,0.75,2,1,2\n");
+      "tree,0,1,3,0.5,0.75,2;3,1,2\n");
 }
 
 TEST_F(CsvTest, ABestRewardOfZeroIsAFigure) {

@@ -88,12 +88,13 @@ TEST_F(StudyResultsTest, WhatTheLearnerWroteIsReadBackToTheBit) {
   EXPECT_EQ(results.runs[0].best_policy, "");
 }
 
-TEST_F(StudyResultsTest, WithSeveralInFlightTheFirstSwitchIsWhereRunsCsvPutsIt) {
-  RunRecord run = run_with("tree", 0, 0, {.1, .2, .3, .4, .5, .6});
-  run.rollouts[4].layer = run.rollouts[5].layer = 2;  // three in flight
-  run.switches = {1};
+TEST_F(StudyResultsTest, WithSeveralInFlightSwitchesAreWhereRunsCsvPutsThem) {
+  RunRecord run = run_with("tree", 0, 0, {.1, .2, .3, .4, .5, .6, .7, .8});
+  for (const std::size_t late : {4, 5, 6}) run.rollouts[late].layer = 2;  // three in flight
+  run.rollouts[7].layer = 3;
+  run.switches = {0, 6};  // a straggler, then none
   write_results({run});
-  EXPECT_EQ(read_study_results(folder_).runs[0].switches, std::vector<int>{1});
+  EXPECT_EQ(read_study_results(folder_).runs[0].switches, run.switches);
 }
 
 TEST_F(StudyResultsTest, ASwitchAfterWhichNothingWasDrawnCountsToo) {
@@ -110,6 +111,15 @@ TEST_F(StudyResultsTest, GapsOfArrivalOrderStayGaps) {
   const StudyResults results = read_study_results(folder_);
   ASSERT_EQ(results.runs[0].rollouts.size(), 3U);
   EXPECT_EQ(results.runs[0].rollouts[1].layer, 0);
+}
+
+TEST_F(StudyResultsTest, AGapAtTheBeginningIsNoLayerThatWasLeft) {
+  RunRecord run = run_with("tree", 0, 0, {.1, .2, .3, .4});
+  run.rollouts[0] = {};
+  run.rollouts[3].layer = 2;
+  run.switches = {1};
+  write_results({run});
+  EXPECT_EQ(read_study_results(folder_).runs[0].switches, run.switches);
 }
 
 TEST_F(StudyResultsTest, LinesMayEndAsInOtherSystems) {
@@ -149,7 +159,7 @@ TEST_F(StudyResultsTest, EveryRefusalNamesFileLineColumnValueAndRule) {
       {"a,0,0,0,1,.5,ok\n", "runs.csv:2: rollouts = 2: must be 1, as in rollouts.csv"},
       {"a,0,0,0,1,.5,ok\na,0,0,1,1,0,failed\n", "failed = 0: must be 1, as in rollouts.csv"},
       {"a,0,0,0,1,.25,ok\na,0,0,1,1,0,ok\n", "best_reward = 0.5: must be 0.25, as in"},
-      {"a,0,0,0,1,.5,ok\na,0,0,1,2,0,ok\n", "switches = 0: must be 1, as in rollouts.csv"},
+      {"a,0,0,0,1,.5,ok\na,0,0,1,2,0,ok\n", "switches = 0: must be at least 1, as in rollouts.csv"},
   };
   for (const auto& [rows, expected] : cases) {
     write("rollouts.csv", std::string(kRollouts) + rows);
@@ -168,7 +178,8 @@ TEST_F(StudyResultsTest, RunsMustCountWithoutGaps) {
   write("runs.csv", std::string(kRuns) + "a,1,0,0,,,,0,0\n");
   EXPECT_THAT(error(), HasSubstr("repetition = 1: repetitions of a condition must count"));
   write("runs.csv", std::string(kRuns) + "a,0,0,3,,,,0,1\n");
-  EXPECT_THAT(error(), HasSubstr("rollouts_before_switch = : must be there if, and only if"));
+  EXPECT_THAT(error(),
+              HasSubstr("rollouts_before_switch = : must be as many as there are switches, 1"));
 }
 
 TEST_F(StudyResultsTest, SwitchesMustAgreeWithTheLayersOfTheRollouts) {
@@ -181,12 +192,22 @@ TEST_F(StudyResultsTest, SwitchesMustAgreeWithTheLayersOfTheRollouts) {
     return error();
   };
   EXPECT_EQ(error_of("2", "1"), "read without an error");
-  EXPECT_EQ(error_of("1", "1"), "read without an error");  // two in flight
-  EXPECT_EQ(error_of("2", "2"), "read without an error");  // the second after the last result
-  EXPECT_THAT(error_of("2", "3"), HasSubstr("runs.csv:2: switches = 3: must be 1"));
+  EXPECT_EQ(error_of("1", "1"), "read without an error");    // two in flight
+  EXPECT_EQ(error_of("1;4", "2"), "read without an error");  // the second after the last result
+  EXPECT_THAT(error_of("", "0"), HasSubstr("runs.csv:2: switches = 0: must be at least 1"));
+  EXPECT_THAT(error_of("1;3", "1"), HasSubstr("before_switch = 1;3: must be as many as there are"));
+  EXPECT_THAT(error_of("1", "2"), HasSubstr("before_switch = 1: must be as many as there are"));
+  for (const char* list : {"1;", ";1", "1;;3", "1;x", "1 ;3", "0;3", "1;100000001", ";"}) {
+    EXPECT_THAT(error_of(list, "2"), HasSubstr("must be whole numbers from 1 to 100000000, ';'"))
+        << list;
+  }
   const std::string rule = ": must be up to a roll-out of the layer that was left, 1";
   EXPECT_THAT(error_of("3", "1"), HasSubstr("runs.csv:2: rollouts_before_switch = 3" + rule));
   EXPECT_THAT(error_of("99999999", "1"), HasSubstr("rollouts_before_switch = 99999999" + rule));
+  EXPECT_THAT(error_of("2;1", "2"),
+              HasSubstr("rollouts_before_switch = 1: must be up to a roll-out "
+                        "of the layer that was left, 2"));
+  EXPECT_THAT(error_of("1;4;4", "3"), HasSubstr("of the layer that was left, 3"));
 }
 
 TEST_F(StudyResultsTest, LayersAreGoneThroughOneByOne) {
