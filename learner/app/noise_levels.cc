@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <stdexcept>
 
@@ -22,32 +23,64 @@ struct Told {
   RolloutStatus status = RolloutStatus::kOk;
 };
 
-/// Of the whole study, by run: results in the order in which they were applied.
-using ByRun = std::vector<std::vector<Told>>;
+/// What a run was told, in the order in which it was applied.
+struct ToldRun {
+  std::vector<Told> results;
+  std::size_t num_before_stop = std::numeric_limits<std::size_t>::max();  ///< by the study's time
+};
 
-ByRun by_number(const StudyResults& results) {
-  ByRun told(results.runs.size());
+std::vector<ToldRun> by_number(const StudyResults& results) {
+  std::vector<ToldRun> told(results.runs.size());
   for (std::size_t run = 0; run < told.size(); ++run) {
     const std::vector<RolloutRecord>& rollouts = results.runs[run].rollouts;
     for (std::size_t i = 0; i < rollouts.size(); ++i) {
       if (!is_applied(rollouts[i])) continue;
-      told[run].push_back({static_cast<int>(i), rollouts[i].reward, rollouts[i].status});
+      told[run].results.push_back({static_cast<int>(i), rollouts[i].reward, rollouts[i].status});
     }
   }
   return told;
 }
 
-ByRun as_they_arrived(const StudyResults& results) {
-  ByRun told(results.runs.size());
-  const Result<JournalTail> tail =
-      read_journal(journal_of(results.directory), [&](const JournalRecord& record) {
-        const auto* result = std::get_if<AcceptedResult>(&record);
-        if (result == nullptr || result->key.number == Run::kEvaluation) return;
-        if (result->key.run < 0 || static_cast<std::size_t>(result->key.run) >= told.size()) return;
-        told[static_cast<std::size_t>(result->key.run)].push_back(
-            {result->key.number, result->reward, result->status});
-      });
+/// Of results that came in this order, those that could be applied in sequence.
+std::size_t num_in_sequence(const std::vector<Told>& results) {
+  std::set<int> numbers;
+  for (const Told& result : results) numbers.insert(result.number);
+  int next = 0;
+  while (numbers.contains(next)) ++next;
+  return static_cast<std::size_t>(next);
+}
+
+/// With the place among them at which the study's time was up.
+std::vector<ToldRun> as_they_arrived(const Study& study, const StudyResults& results) {
+  std::vector<ToldRun> told(results.runs.size());
+  bool time_is_up = false;
+  const auto on_record = [&](const JournalRecord& record) {
+    const auto* time = std::get_if<LearningTime>(&record);
+    if (time && study.stop_after && !time_is_up && time->elapsed >= *study.stop_after) {
+      time_is_up = true;
+      for (ToldRun& run : told) {
+        run.num_before_stop = study.in_sequence ? num_in_sequence(run.results) : run.results.size();
+      }
+    }
+    const auto* result = std::get_if<AcceptedResult>(&record);
+    if (result == nullptr || result->key.number == Run::kEvaluation) return;
+    if (result->key.run < 0 || static_cast<std::size_t>(result->key.run) >= told.size()) return;
+    told[static_cast<std::size_t>(result->key.run)].results.push_back(
+        {result->key.number, result->reward, result->status});
+  };
+  const Result<JournalTail> tail = read_journal(journal_of(results.directory), on_record);
   if (!tail) throw std::runtime_error(tail.error().message);
+  return told;
+}
+
+std::vector<ToldRun> what_was_told(const Study& study, const StudyResults& results) {
+  if (study.in_sequence && !study.stop_after) return by_number(results);
+  std::vector<ToldRun> arrived = as_they_arrived(study, results);
+  if (!study.in_sequence) return arrived;
+  std::vector<ToldRun> told = by_number(results);
+  for (std::size_t run = 0; run < told.size(); ++run) {
+    told[run].num_before_stop = arrived[run].num_before_stop;
+  }
   return told;
 }
 
@@ -56,8 +89,7 @@ double level(const Exploration& exploration, const Eigen::VectorXd& noise_varian
   return std::sqrt((exploration.noise().diagonal().array() / noise_variance.array()).mean());
 }
 
-std::vector<double> levels(const Study& study, const RunRecord& record,
-                           const std::vector<Told>& told) {
+std::vector<double> levels(const Study& study, const RunRecord& record, const ToldRun& told) {
   const auto require = [&record](bool holds) {
     if (holds) return;
     throw std::runtime_error(
@@ -76,7 +108,8 @@ std::vector<double> levels(const Study& study, const RunRecord& record,
   int layer = run.exploration().layer();
   std::set<int> asked;
   std::vector<double> found;
-  for (const Told& result : told) {
+  for (const Told& result : told.results) {
+    if (found.size() == told.num_before_stop) run.stop();
     for (const Run::Wanted& wanted : run.take_wanted()) asked.insert(wanted.number);
     require(asked.erase(result.number) == 1);
     run.accept(result.number, result.reward, result.status, 0);
@@ -106,7 +139,7 @@ NoiseLevels noise_levels(const Study& study, const StudyResults& results,
     throw std::runtime_error(fmt::format("runs.csv has {} runs, must have {} as the study",
                                          results.runs.size(), study.num_runs()));
   }
-  const ByRun told = study.in_sequence ? by_number(results) : as_they_arrived(results);
+  const std::vector<ToldRun> told = what_was_told(study, results);
   for (std::size_t c = 0; c < study.conditions.size(); ++c) {
     for (int repetition = 0; repetition < num_repetitions; ++repetition) {
       const std::size_t run =

@@ -13,7 +13,7 @@ namespace treeroll {
 /// @param rollouts_max  bounds the work: of each condition the first so many repetitions, equally
 ///                      many of all; none at all if that is not one
 /// Throws std::runtime_error where the results do not follow from the study, or where they were
-/// applied as they arrived and the journal cannot be read.
+/// applied as they arrived or the study was learnt for a time, and the journal cannot be read.
 NoiseLevels noise_levels(const Study& study, const StudyResults& results,
                          std::int64_t rollouts_max);
 

@@ -86,7 +86,7 @@ struct RunUnderWay {
   Run run;
   std::vector<Run::Wanted> asked = {};
   std::size_t num_told = 0;
-  std::vector<double> noise = {};  ///< after each result that was applied at once
+  std::vector<double> noise = {};  ///< after each result applied; NaN where the next came with it
 };
 
 /// Tells a run results until it has had so many, or wants none.
@@ -116,9 +116,10 @@ inline void learn(RunUnderWay& learning, std::size_t results, const Arrival& arr
     for (Eigen::Index i = 0; i < variances.size(); ++i) {
       sum += variances[i] / (i % 2 == 0 ? .04 : .25);
     }
-    if (applied == 1) {
-      learning.noise.push_back(std::sqrt(sum / static_cast<double>(variances.size())));
-    }
+    if (applied == 0) continue;
+    learning.noise.resize(learning.noise.size() + static_cast<std::size_t>(applied),
+                          std::numeric_limits<double>::quiet_NaN());
+    learning.noise.back() = std::sqrt(sum / static_cast<double>(variances.size()));
   }
 }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <fstream>
 #include <iterator>
 
@@ -98,6 +99,33 @@ TEST_F(ReportFiguresTest, EverySwitchIsTheRunsOwnInWhateverOrderResultsArrived) 
     fs::remove_all(folder_ / "study");
   }
   EXPECT_GT(num_second, 8);
+}
+
+TEST_F(ReportFiguresTest, WhatCameAfterTheTimeOfAStudyWasUpChangesNoNoise) {
+  for (const char* order : {"arrival", "sequence"}) {
+    for (unsigned seed = 0; seed < 4; ++seed) {
+      SCOPED_TRACE(testing::Message() << order << ", order drawn from seed " << seed);
+      const auto learnt = learn_into(
+          folder_ / "study",
+          deep_study(std::string("stop_after_s = 60\nin_flight = 20\norder = \"") + order + '"'),
+          {.seed = seed, .results_before_stop = 70});
+      const NoiseLevels found = noise_levels(study(), results(), 1'000'000);
+      for (const auto& [condition, by_repetition] : learnt.noise) {
+        for (std::size_t repetition = 0; repetition < by_repetition.size(); ++repetition) {
+          const std::vector<double>& noise = found.at(condition).at(repetition);
+          ASSERT_LT(noise.size(), 91);  // twenty were under way
+          ASSERT_EQ(by_repetition[repetition].size(), noise.size());
+          for (std::size_t i = 0; i < noise.size(); ++i) {
+            const double known = by_repetition[repetition][i];
+            EXPECT_TRUE(std::isnan(known) || noise[i] == known) << condition << ", " << i;
+          }
+        }
+      }
+      fs::remove(folder_ / "study/journal.lcmlog");
+      EXPECT_THROW(noise_levels(study(), results(), 1'000'000), std::runtime_error);
+      fs::remove_all(folder_ / "study");
+    }
+  }
 }
 
 TEST_F(ReportFiguresTest, SoManyRepetitionsAreDrawnAgainAsTheBoundAllows) {
