@@ -10,8 +10,8 @@
 #include <stdexcept>
 
 #include "common/base/config_error.h"
-#include "common/base/json_text.h"
 #include "learner/app/process.h"
+#include "learner/app/program_answer.h"
 
 namespace treeroll {
 namespace {
@@ -19,29 +19,16 @@ namespace {
 using nlohmann::json;
 
 constexpr std::chrono::seconds kLimit{30};
-constexpr int kNestingMax = 64;
 
 }  // namespace
 
 TaskFacts describe_task(const std::string& content, const std::filesystem::path& worker_program) {
   Result<ProgramOutput> answer = run_program(worker_program, {"--describe-task"}, content, kLimit);
   if (!answer) throw std::runtime_error("cannot ask about the task: " + answer.error().message);
-  const Result<json> parsed = parse_json(answer->output, kNestingMax);
-  const json said = parsed ? *parsed : json();
   const std::string unusable =
       fmt::format("{} --describe-task ended with status {} and said nothing that can be read",
                   worker_program.string(), answer->exit_status);
-  if (!said.is_object()) throw std::runtime_error(unusable);
-  if (const auto error = said.find("error"); error != said.end()) {
-    const auto text = [&](const char* name, const char* otherwise) -> std::string {
-      if (!error->is_object()) throw std::runtime_error(unusable);
-      const auto value = error->find(name);
-      if (value == error->end()) return otherwise;
-      if (!value->is_string()) throw std::runtime_error(unusable);
-      return *value;
-    };
-    throw ConfigError(text("key", "task"), text("value", ""), text("rule", "is refused"));
-  }
+  const json said = read_program_answer(answer->output, "task", unusable);
   if (answer->exit_status != 0 || !said.contains("description")) throw std::runtime_error(unusable);
   Result<TaskFacts> facts = task_facts_from_json(said["description"].dump());
   if (!facts) throw ConfigError("task", "", facts.error().message);

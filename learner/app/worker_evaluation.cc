@@ -10,9 +10,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "common/base/config_error.h"
 #include "common/base/rollout_status.h"
 #include "learner/app/process.h"
+#include "learner/app/program_answer.h"
 
 namespace treeroll {
 namespace {
@@ -119,18 +119,12 @@ PolicyEvaluation evaluate_with(const std::filesystem::path& worker_program, cons
     return {.status = std::string(name(RolloutStatus::kCrashed)),
             .complaint = fmt::format("it was ended by signal {}", signal)};
   }
-  const json said = json::parse(answer->output, nullptr, /*allow_exceptions=*/false);
-  if (said.is_object() && said.contains("error") && said["error"].is_object()) {
-    const json& error = said["error"];
-    throw ConfigError(error.value("key", "request"), error.value("value", ""),
-                      error.value("rule", "is refused"));
-  }
+  const std::string unusable =
+      fmt::format("{} --evaluate ended with status {} and said nothing that can be read",
+                  worker_program.string(), answer->exit_status);
+  const json said = read_program_answer(answer->output, "request", unusable);
   std::optional<PolicyEvaluation> outcome = read_answer(said, task, request.trace);
-  if (answer->exit_status != 0 || !outcome) {
-    throw std::runtime_error(
-        fmt::format("{} --evaluate ended with status {} and said nothing that can be read",
-                    worker_program.string(), answer->exit_status));
-  }
+  if (answer->exit_status != 0 || !outcome) throw std::runtime_error(unusable);
   return *std::move(outcome);
 }
 

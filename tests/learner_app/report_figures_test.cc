@@ -178,6 +178,31 @@ TEST_F(ReportFiguresTest, WhatTheWorkerRecordsIsDrawnAndTheSameBytesEachTime) {
   EXPECT_EQ(content("two/figures/mine/motion.png"), content("one/figures/mine/motion.png"));
 }
 
+TEST_F(ReportFiguresTest, AWorkerThatAnswersAmissCostsItsPicturesNotTheReport) {
+  learn_into(folder_ / "study", tree_study(""));
+  const struct {
+    std::string answer;
+    const char* said;
+  } cases[] = {
+      {R"({"error": {"key": 5}})", "said nothing that can be read"},
+      {R"({"error": {"key": "task.x", "value": [], "rule": {}}})", "said nothing that can be read"},
+      {R"({"error": "no"})", "said nothing that can be read"},
+      {"[1]", "said nothing that can be read"},
+      {std::string(5000, '['), "said nothing that can be read"},
+      {R"({"evaluation": 1})", "said nothing that can be read"},
+      {R"({"error": {"key": "task.x", "value": "3", "rule": "must be less"}})",
+       "task.x = 3: must be less"},
+      {R"({"error": {}})", "request: is refused"}};
+  for (const auto& [answer, said] : cases) {
+    const LoadedStudy loaded = load_study(folder_ / "study/study.toml", {});
+    std::vector<LearntPolicy> policies = learnt_policies(loaded, results());
+    testing::internal::CaptureStderr();
+    const auto remarks = make_rollouts(loaded, worker(answer), policies);
+    EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr(said)) << answer;
+    EXPECT_THAT(remarks, testing::Contains(HasSubstr("could not make the roll-outs"))) << answer;
+  }
+}
+
 TEST_F(ReportFiguresTest, AWorkerOfAnEarlierVersionNamesNoVariablesAndHasNoPoses) {
   learn_into(folder_ / "study", tree_study(""));
   const std::string text =
