@@ -1,5 +1,7 @@
 #include "learner/app/claims_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <map>
@@ -105,8 +107,10 @@ void check_conditions(SettingsReader& reader, const Claim& claim) {
   if (is_one && count != 1) reader.refuse("conditions", "must be one");
   const bool alone = is_one || claim.kind == ClaimKind::kShare;
   if (!alone && count < 2) reader.refuse("conditions", "must be at least two");
-  if (claim.kind == ClaimKind::kSpread && claim.others.size() < 2) {
-    reader.refuse("others", "must be at least two");
+  if (claim.kind == ClaimKind::kSpread && claim.others.size() != count) {
+    reader.refuse("others", fmt::format("must be {}, as many as conditions: a spread grows with "
+                                        "their number",
+                                        count));
   }
 }
 

@@ -236,6 +236,7 @@ Values spreads(const std::vector<Sample>& samples) {
 }
 
 ClaimResult spread(const std::vector<Sample>& first, const std::vector<Sample>& second) {
+  CHECK(first.size() == second.size(), "ranges over unequal numbers of conditions");
   const auto test = welch_greater(spreads(first), spreads(second));
   if (!test) return too_few();
   ClaimResult result;

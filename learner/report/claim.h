@@ -22,7 +22,9 @@ enum class ClaimKind {
   kShare,      ///< the share of runs whose measure is in [low, high] is in [share_min, share_max]
   kWithin,     ///< mean in [low, high], by its 95 % interval
   kDeviation,  ///< standard deviation over the runs in [low, high], by its 95 % interval
-  kSpread,     ///< the means of `conditions` spread more than those of `others`
+  kSpread,     ///< within a repetition `conditions` are further apart, largest less smallest, than
+               ///< `others`: one-sided Welch on these ranges. A range grows with the number of
+               ///< conditions, so both are equally many
 };
 
 /// A row of a claims file.
@@ -32,7 +34,7 @@ struct Claim {
   ClaimKind kind = ClaimKind::kGreater;
   std::string study;                    ///< of conditions that name none
   std::vector<std::string> conditions;  ///< CONDITION or STUDY:CONDITION
-  std::vector<std::string> others;      ///< of kSpread
+  std::vector<std::string> others;      ///< of kSpread, as many as `conditions`
   Measure measure;                      ///< of the first condition
   Measure against;                      ///< of the others
   bool paired = false;                  ///< kGreater: by repetition

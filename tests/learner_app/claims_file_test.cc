@@ -14,6 +14,7 @@
 namespace treeroll {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 class ClaimsFileTest : public testing::Test {
@@ -64,6 +65,17 @@ TEST_F(ClaimsFileTest, AMarginIsSignedOnlyWhereTheFirstIsClaimedToBeGreater) {
   claim.replace(claim.find("greater"), 7, "highest");
   EXPECT_EQ(read(claim + "margin = 0.1\n")[0].margin, .1);
   EXPECT_THAT(error(claim + "margin = -0.1\n"), HasSubstr("claims[0].margin = -0.1"));
+}
+
+TEST_F(ClaimsFileTest, SpreadIsOverEquallyManyConditions) {
+  std::string claim = kClaim;
+  claim.replace(claim.find("greater"), 7, "spread");
+  EXPECT_EQ(read(claim + "others = [\"c\", \"d\"]\n")[0].others.size(), 2U);
+  for (const char* others : {R"(["c"])", R"(["c", "d", "e"])"}) {
+    EXPECT_THAT(error(claim + "others = " + others + "\n"),
+                AllOf(HasSubstr("claims.toml:8: claims[0].others = "),
+                      HasSubstr("must be 2, as many as conditions")));
+  }
 }
 
 TEST_F(ClaimsFileTest, RefusalsNameFileLineKeyValueAndRule) {
