@@ -78,31 +78,33 @@ ClaimResult greater(const Claim& claim, const std::vector<Sample>& samples) {
   return result;
 }
 
+/// It does not hold if any pair is apart by more than the margin, in either direction, by Holm's
+/// correction over the pairs: of one pair, if its 95 % interval lies beyond the margin.
 ClaimResult equal_within(const Claim& claim, const std::vector<Sample>& samples) {
   ClaimResult result;
   result.p = 0;
   result.measured = fmt::format("{}; margin {:g}", means_text(samples), claim.margin);
   double widest = -1;
-  bool apart = false;
+  Values apart;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     for (std::size_t j = i + 1; j < samples.size(); ++j) {
       const Values a = samples[i].present();
       const Values b = samples[j].present();
       const auto p = equivalent_p(a, b, claim.margin);
       const auto test = welch_greater(a, b);
-      if (!p || !test) return too_few();
+      const auto above = welch_greater(a, shifted(b, claim.margin));
+      const auto below = welch_greater(b, shifted(a, claim.margin));
+      if (!p || !test || !above || !below) return too_few();
       result.p = std::max(*result.p, *p);
-      apart =
-          apart || by_interval(test->interval_95, -claim.margin, claim.margin) == Verdict::kFails;
+      apart.push_back(std::min(1.0, 2 * std::min(above->p, below->p)));
       if (std::abs(test->difference) > widest) {
         widest = std::abs(test->difference);
         result.interval = test->interval_95;
       }
     }
   }
-  result.verdict = *result.p < kLevel ? Verdict::kHolds
-                   : apart            ? Verdict::kFails
-                                      : Verdict::kInconclusive;
+  const Values adjusted = holm(apart);
+  result.verdict = by_p(*result.p, *std::min_element(adjusted.begin(), adjusted.end()));
   return result;
 }
 

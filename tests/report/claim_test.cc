@@ -69,6 +69,28 @@ TEST(ClaimTest, EqualityNeedsEvidenceOfItsOwn) {
   EXPECT_EQ(verdict(equal), Verdict::kFails);
 }
 
+TEST(ClaimTest, OnePairThatIsApartByChanceAmongManyDoesNotRefuteEquality) {
+  const auto judged = [](double far, std::vector<std::string> conditions) {
+    StudyResults study{.name = "study", .directory = "", .runs = {}};
+    for (int i = 0; i < 5; ++i) {
+      const double shift = .01 * (i - 2);  // Welch's standard error of a difference is .01
+      study.runs.push_back(level("first", i, .5 + shift));
+      study.runs.push_back(level("second", i, .518 + shift));
+      study.runs.push_back(level("third", i, .518 + shift));
+      study.runs.push_back(level("far", i, far + shift));
+    }
+    Claim equal = claim(ClaimKind::kEqualWithin, std::move(conditions));
+    equal.margin = .01;
+    return judge(equal, {study}).verdict;
+  };
+  const std::vector<std::string> all = {"first", "second", "third", "far"};
+  EXPECT_EQ(judged(.536, {"first", "far"}), Verdict::kFails);  // p .03 for more than the margin
+  EXPECT_EQ(judged(.536, {"far", "first"}), Verdict::kFails);
+  EXPECT_EQ(judged(.532, {"first", "far"}), Verdict::kInconclusive);
+  EXPECT_EQ(judged(.536, all), Verdict::kInconclusive);  // .19 over six pairs
+  EXPECT_EQ(judged(.576, all), Verdict::kFails);
+}
+
 TEST(ClaimTest, HighestAndLowestAreAgainstEveryOther) {
   EXPECT_EQ(verdict(claim(ClaimKind::kHighest, {"high", "low", "same"})), Verdict::kHolds);
   EXPECT_EQ(verdict(claim(ClaimKind::kHighest, {"low", "high", "same"})), Verdict::kFails);
