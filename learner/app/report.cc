@@ -58,7 +58,7 @@ std::vector<StudyResults> read_studies(const std::vector<fs::path>& directories)
 void add_log_likelihoods(const std::vector<Claim>& claims, std::vector<StudyResults>& studies) {
   for (StudyResults& results : studies) {
     const bool is_asked = std::any_of(claims.begin(), claims.end(), [&](const Claim& claim) {
-      return claim.measure.kind == MeasureKind::kLogLikelihood && claim.study == results.name;
+      return needs_log_likelihoods(claim, results.name);
     });
     if (!is_asked) continue;
     try {

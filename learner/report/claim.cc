@@ -296,6 +296,19 @@ std::string name(Verdict verdict) {
   CHECK(false, "a Verdict outside its enumeration");
 }
 
+bool needs_log_likelihoods(const Claim& claim, const std::string& study) {
+  const auto is_fit = [&](const std::string& condition, const Measure& measure) {
+    return measure.kind == MeasureKind::kLogLikelihood &&
+           parse_condition(claim.study, condition).study == study;
+  };
+  bool found = false;
+  for (std::size_t i = 0; i < claim.conditions.size(); ++i) {
+    found = found || is_fit(claim.conditions[i], i == 0 ? claim.measure : claim.against);
+  }
+  for (const std::string& other : claim.others) found = found || is_fit(other, claim.against);
+  return found;
+}
+
 ClaimResult judge(const Claim& claim, const std::vector<StudyResults>& studies) {
   std::vector<Sample> samples;
   std::vector<Sample> others;

@@ -58,6 +58,9 @@ struct ClaimResult {
   std::optional<Interval> interval;  ///< 95 %, of the difference, mean or share that counts
 };
 
+/// Whether it is about the fits of this study: of which judge() needs the log-likelihoods.
+bool needs_log_likelihoods(const Claim& claim, const std::string& study);
+
 /// Does not throw for what is not there: a study, a condition, a roll-out not given make the claim
 /// "not measured" and `measured` says what lacks.
 ClaimResult judge(const Claim& claim, const std::vector<StudyResults>& studies);

@@ -29,14 +29,18 @@ std::vector<std::string> conditions_of(const StudyResults& study) {
   return names;
 }
 
+ConditionName parse_condition(const std::string& study, const std::string& condition) {
+  const std::size_t colon = condition.find(':');
+  if (colon == std::string::npos) return {study, condition};
+  return {condition.substr(0, colon), condition.substr(colon + 1)};
+}
+
 Result<Sample> find_sample(const std::vector<StudyResults>& studies, const std::string& study,
                            const std::string& condition, const Measure& wanted) {
-  const std::size_t colon = condition.find(':');
-  const bool names_study = colon != std::string::npos;
-  const std::string study_name = names_study ? condition.substr(0, colon) : study;
-  const std::string name = names_study ? condition.substr(colon + 1) : condition;
+  const ConditionName place = parse_condition(study, condition);
+  const auto& [study_name, name] = place;
   const auto found = std::find_if(studies.begin(), studies.end(), [&](const StudyResults& results) {
-    return results.name == study_name;
+    return results.name == place.study;
   });
   if (found == studies.end()) return Error{"study " + study_name + " is not among those given"};
   Sample sample{.label = name, .values = {}};

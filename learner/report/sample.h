@@ -27,6 +27,13 @@ std::vector<const RunRecord*> runs_of(const StudyResults& study, std::string_vie
 /// Its conditions in the study's order.
 std::vector<std::string> conditions_of(const StudyResults& study);
 
+struct ConditionName {
+  std::string study;
+  std::string condition;
+};
+/// @param condition  CONDITION of `study`, or STUDY:CONDITION
+ConditionName parse_condition(const std::string& study, const std::string& condition);
+
 /// @param condition  CONDITION of `study`, or STUDY:CONDITION
 /// @param measure    kLogLikelihood is the same for every repetition: the start is
 /// @return           an error that says which study or condition is not there

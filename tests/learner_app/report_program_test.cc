@@ -10,6 +10,7 @@
 #include "common/base/config_error.h"
 #include "learner/app/report.h"
 #include "learner/report/csv.h"
+#include "tests/learner_app/small_study.h"
 #include "tests/report/records.h"
 
 namespace treeroll {
@@ -18,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using report_test::run_with;
 using testing::HasSubstr;
+using testing::Not;
 
 class ReportProgramTest : public testing::Test {
  protected:
@@ -103,6 +105,39 @@ TEST_F(ReportProgramTest, WithoutGnuplotThePackageIsNamed) {
 TEST_F(ReportProgramTest, TwoStudiesOfOneNameAreToldApartAndCompared) {
   write({study("a", "mine", .2), study("b", "mine", .4)}, "out");
   EXPECT_THAT(content("out/report.md"), HasSubstr("| mine:tree | mine (2):tree | 3, 3 |"));
+}
+
+TEST_F(ReportProgramTest, AFitIsJudgedOfWhicheverStudyItsConditionIs) {
+  const fs::path mine = study("mine", "mine", .2);  // cannot be fitted again
+  const fs::path fits = study("fits", "small", .2);
+  std::ofstream(fits / "study.toml") << study_test::kSmallStudy;
+  std::ofstream(folder_ / "claims.toml") << R"([[claims]]
+text = "a fit of another study"
+section = "1"
+study = "mine"
+kind = "within"
+conditions = ["small:tree"]
+measure = "log_likelihood"
+low = -1000.0
+high = 1000.0
+[[claims]]
+text = "a reward against a fit"
+section = "2"
+study = "mine"
+kind = "greater"
+margin = -1000.0
+conditions = ["tree", "small:tree"]
+rollout = 8
+against = {measure = "log_likelihood"}
+)";
+  testing::internal::CaptureStderr();
+  testing::internal::CaptureStdout();
+  write_report({.directories = {mine, fits},
+                .claims_file = folder_ / "claims.toml",
+                .output = folder_ / "out",
+                .compare = {}});
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("2 claims: 2 hold"));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), Not(HasSubstr("are not judged")));
 }
 
 TEST_F(ReportProgramTest, ConditionsAreChosenByName) {
