@@ -114,6 +114,18 @@ void check_conditions(SettingsReader& reader, const Claim& claim) {
   }
 }
 
+/// A claim that is made once has no place for a word: nothing would be put there.
+void check_no_place(SettingsReader& reader, const Claim& claim) {
+  const auto check = [&](const char* key, const std::string& text) {
+    if (text.find("{}") == std::string::npos) return;
+    reader.refuse(key, "has {}, for which each must list words");
+  };
+  check("text", claim.text);
+  check("figure", claim.figure);
+  for (const std::string& condition : claim.conditions) check("conditions", condition);
+  for (const std::string& condition : claim.others) check("others", condition);
+}
+
 std::string put(std::string text, const std::string& word) {
   for (std::size_t at = text.find("{}"); at != std::string::npos;
        at = text.find("{}", at + word.size())) {
@@ -149,7 +161,10 @@ void read_claim(SettingsReader& reader, std::vector<Claim>& claims) {
   if (reader.has("each")) words = reader.strings("each", kConditionsMax);
   reader.finish();
   check_conditions(reader, claim);
-  if (words.empty()) claims.push_back(claim);
+  if (words.empty()) {
+    check_no_place(reader, claim);
+    claims.push_back(claim);
+  }
   for (const std::string& word : words) claims.push_back(for_word(claim, word));
 }
 
@@ -157,7 +172,7 @@ void read_claim(SettingsReader& reader, std::vector<Claim>& claims) {
 
 std::vector<Claim> read_claims(const std::filesystem::path& path) {
   json content;
-  const SettingOrigins origins = read_toml_file(path, content);
+  const SettingOrigins origins = read_toml_file(path, content, "one of [[claims]]");
   try {
     for (const auto& [key, value] : content.items()) {
       if (key != "claims" || !value.is_array() || value.empty()) {

@@ -59,7 +59,7 @@ void extend(Source& target, Source source) {
 
 Source read(const std::filesystem::path& file, int num_files) {
   Source source;
-  source.origins = read_toml_file(file, source.content);
+  source.origins = read_toml_file(file, source.content, "[study] and a condition");
   const auto found = source.content.find("extends");
   if (found == source.content.end()) return source;
   const auto refuse = [&](const std::string& rule) {

@@ -35,7 +35,7 @@ std::string read_file(const std::filesystem::path& path) {
                      ? "cannot be read: " + error.message()
                      : "no such file");
   }
-  if (std::filesystem::is_directory(status)) refuse(name, "is a folder, must be a study file");
+  if (std::filesystem::is_directory(status)) refuse(name, "is a folder, must be a file");
   if (!std::filesystem::is_regular_file(status)) refuse(name, "must be a regular file");
   std::ifstream file(path, std::ios::binary);
   if (!file) refuse(name, "cannot be read: " + std::generic_category().message(errno));
@@ -178,7 +178,8 @@ std::string inline_toml(const json& value) {
 
 }  // namespace
 
-SettingOrigins read_toml_file(const std::filesystem::path& path, json& content) {
+SettingOrigins read_toml_file(const std::filesystem::path& path, json& content,
+                              std::string_view least) {
   const std::string name = path.string();
   const std::string text = read_file(path);
   if (const int line = first_line_too_deep(text); line != 0) {
@@ -187,7 +188,7 @@ SettingOrigins read_toml_file(const std::filesystem::path& path, json& content) 
   }
   try {
     const toml::table document = toml::parse(text, name);
-    if (document.empty()) refuse(name, "is empty: must hold at least [study] and a condition");
+    if (document.empty()) refuse(name, fmt::format("is empty: must hold at least {}", least));
     Converter converter(name, true);
     content = converter.convert(document, "", 0);
     return converter.take_origins();

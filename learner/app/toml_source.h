@@ -19,8 +19,10 @@ inline constexpr std::size_t kStudyBytesMax = std::size_t{1} << 20;
 /// parse as an empty document); every error of syntax, with line and column; and what a setting
 /// cannot hold: dates, inf, nan, NUL characters, tables in tables beyond a depth of 32.
 /// @param content  set to the document
+/// @param least    what it must hold, for the error of an empty one
 /// @return         line of every key
-SettingOrigins read_toml_file(const std::filesystem::path& path, nlohmann::json& content);
+SettingOrigins read_toml_file(const std::filesystem::path& path, nlohmann::json& content,
+                              std::string_view least);
 
 /// A setting of the command line.
 struct SettingOverride {

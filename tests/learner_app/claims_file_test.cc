@@ -39,23 +39,42 @@ class ClaimsFileTest : public testing::Test {
   }
 
   static constexpr const char* kClaim = R"([[claims]]
-text = "{} rises"
+text = "a rises"
 section = "4-1-2"
 study = "s"
 kind = "greater"
-conditions = ["{}.a", "{}.b"]
+conditions = ["a", "b"]
 rollout = 50
 )";
   std::filesystem::path folder_;
 };
 
 TEST_F(ClaimsFileTest, OneClaimStandsForEachWord) {
-  const auto claims = read(std::string(kClaim) + "each = [\"x\", \"y\"]\n");
+  std::string claim = kClaim;
+  claim.replace(claim.find("a rises"), 7, "{} rises");
+  claim.replace(claim.find("[\"a\", \"b\"]"), 10, "[\"{}.a\", \"{}.b\"]");
+  const auto claims = read(claim + "each = [\"x\", \"y\"]\n");
   ASSERT_EQ(claims.size(), 2U);
   EXPECT_EQ(claims[1].text, "y rises");
   EXPECT_EQ(claims[1].conditions, (std::vector<std::string>{"y.a", "y.b"}));
   EXPECT_EQ(claims[1].measure.rollout, 50);
   EXPECT_EQ(claims[1].against.rollout, 50);
+}
+
+TEST_F(ClaimsFileTest, APlaceForAWordNeedsWords) {
+  const auto without_words = [&](const std::string& from, const std::string& to) {
+    std::string claim = kClaim;
+    claim.replace(claim.find("greater"), 7, "spread");
+    claim += "others = [\"c\", \"d\"]\nfigure = \"switches\"\n";
+    return error(claim.replace(claim.find(from), from.size(), to));
+  };
+  const std::string rule = ": has {}, for which each must list words";
+  EXPECT_THAT(without_words("a rises", "{} rises"),
+              HasSubstr("claims.toml:2: claims[0].text = \"{} rises\"" + rule));
+  EXPECT_THAT(without_words("\"b\"", "\"{}.b\""), HasSubstr("claims[0].conditions"));
+  EXPECT_THAT(without_words("\"d\"", "\"{}.b\""), HasSubstr("claims[0].others"));
+  EXPECT_THAT(without_words("switches", "{}"), HasSubstr("claims[0].figure = \"{}\"" + rule));
+  EXPECT_EQ(without_words("a rises", "a falls"), "read without an error");
 }
 
 TEST_F(ClaimsFileTest, AMarginIsSignedOnlyWhereTheFirstIsClaimedToBeGreater) {
@@ -90,10 +109,13 @@ TEST_F(ClaimsFileTest, RefusalsNameFileLineKeyValueAndRule) {
               HasSubstr("claims[0].against.rollout = 4: must be at least 5"));
   EXPECT_THAT(error("[[claims]]\ntext = \"a\"\n"), HasSubstr("claims[0].section"));
   EXPECT_THAT(error("[study]\nname = \"a\"\n"), HasSubstr("holds [[claims]] and nothing else"));
+  EXPECT_THAT(error(""), HasSubstr("claims.toml: is empty: must hold at least one of [[claims]]"));
+  EXPECT_THAT(error("claims = []\n"), HasSubstr("holds [[claims]] and nothing else"));
+  EXPECT_THAT(error(good + "each = []\n"),
+              HasSubstr("claims.toml:8: claims[0].each = []: must be a list of 1 to 100 strings"));
   std::string three = good;
-  three.replace(three.find("\"{}.b\""), 6, "\"b\", \"c\"");
-  EXPECT_THAT(error(three),
-              HasSubstr("claims[0].conditions = [\"{}.a\",\"b\",\"c\"]: must be two"));
+  three.replace(three.find("\"b\""), 3, "\"b\", \"c\"");
+  EXPECT_THAT(error(three), HasSubstr("claims[0].conditions = [\"a\",\"b\",\"c\"]: must be two"));
 }
 
 TEST_F(ClaimsFileTest, EveryConditionOfTheShippedClaimsIsOneOfItsShippedStudy) {

@@ -22,7 +22,7 @@ using namespace std::string_literals;
 json content_of(const std::string& text) {
   const StudyText file(text);
   json content;
-  read_toml_file(file.path(), content);
+  read_toml_file(file.path(), content, "a key");
   return content;
 }
 
@@ -30,7 +30,7 @@ std::string error_of(const std::string& text) {
   const StudyText file(text);
   return study_test::error_of(file, [](const auto& path) {
     json content;
-    read_toml_file(path, content);
+    read_toml_file(path, content, "a key");
   });
 }
 
@@ -50,7 +50,7 @@ TEST(TomlSourceTest, IntegersAndFloatsStayApart) {
 TEST(TomlSourceTest, EveryKeyKnowsItsLine) {
   const StudyText file("a = 1\n[b]\nc.d = 2\n[[e]]\nf = 3\n[[e]]\n\nf = 4\n");
   json content;
-  const SettingOrigins origins = read_toml_file(file.path(), content);
+  const SettingOrigins origins = read_toml_file(file.path(), content, "a key");
   const auto line = [&](const std::string& key) { return file.shortened(origin_of(origins, key)); };
   EXPECT_EQ(line("a"), "FILE:1");
   EXPECT_EQ(line("b"), "FILE:2");
@@ -81,8 +81,8 @@ TEST(TomlSourceTest, WhatNoSettingCanHoldIsRefusedWithItsLine) {
 }
 
 TEST(TomlSourceTest, AnEmptyFileIsRefused) {
-  EXPECT_THAT(error_of(""), StartsWith("FILE: is empty"));
-  EXPECT_THAT(error_of("# nothing\n\n"), StartsWith("FILE: is empty"));
+  EXPECT_THAT(error_of(""), StartsWith("FILE: is empty: must hold at least a key"));
+  EXPECT_THAT(error_of("# nothing\n\n"), StartsWith("FILE: is empty: must hold at least a key"));
 }
 
 TEST(TomlSourceTest, WhatIsNoRegularFileIsRefused) {
@@ -90,13 +90,13 @@ TEST(TomlSourceTest, WhatIsNoRegularFileIsRefused) {
   json content;
   const auto error = [&](const std::filesystem::path& path) -> std::string {
     try {
-      read_toml_file(path, content);
+      read_toml_file(path, content, "a key");
     } catch (const StudyError& caught) {
       return caught.what();
     }
     return "";
   };
-  EXPECT_EQ(error(file.folder()), file.folder().string() + ": is a folder, must be a study file");
+  EXPECT_EQ(error(file.folder()), file.folder().string() + ": is a folder, must be a file");
   EXPECT_EQ(error("/nowhere/study.toml"), "/nowhere/study.toml: no such file");
   EXPECT_EQ(error(file.path() / "x"), file.path().string() + "/x: cannot be read: Not a directory");
   EXPECT_EQ(error("/dev/null"), "/dev/null: must be a regular file");
