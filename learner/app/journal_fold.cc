@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
+#include <cstring>
+#include <fstream>
 #include <stdexcept>
 
 #include "learner/report/atomic_file.h"
@@ -57,7 +60,9 @@ JournalTail fold_journal(const fs::path& journal, const ContentHash& study_id, T
   core.step(now, learner_event::Started{}, unsent);
   std::int64_t number = 0;
   std::uint64_t offset = 0;
-  const Result<JournalTail> tail = read_journal(journal, [&](const JournalRecord& record) {
+  std::ifstream file(journal, std::ios::binary);
+  if (!file) throw std::runtime_error(journal.string() + ": " + std::strerror(errno));
+  const auto on_next = [&](const JournalRecord& record) {
     try {
       fold(record, study_id, now, core);
     } catch (const std::runtime_error& error) {
@@ -67,10 +72,13 @@ JournalTail fold_journal(const fs::path& journal, const ContentHash& study_id, T
     ++number;
     offset += framed_size(record);
     if (on_record) on_record(record);
-  });
+  };
+  const Result<JournalTail> tail = read_journal(file, journal.string(), on_next);
   if (!tail) {
-    throw std::runtime_error(tail.error().message +
-                             " (treeroll-learner --resume DIR --salvage keeps what is before)");
+    // What cannot be read may be whole.
+    const char* advice =
+        file.bad() ? "" : " (treeroll-learner --resume DIR --salvage keeps what is before)";
+    throw std::runtime_error(tail.error().message + advice);
   }
   return *tail;
 }
