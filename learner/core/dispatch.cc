@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <utility>
 
 namespace treeroll {
@@ -36,29 +35,42 @@ class Candidates {
     for (auto& [id, worker] : workers.all()) put(worker);
   }
 
-  bool empty() const { return by_load_.empty(); }
-
-  WorkerEntry* least_loaded(const Question& question) {
-    for (const auto& [load, worker] : by_load_) {
-      if (knows(*worker, question)) return worker;
+  bool empty() {
+    while (!heap_.empty() && is_stale(heap_.front())) {
+      std::pop_heap(heap_.begin(), heap_.end(), Later{});
+      heap_.pop_back();
     }
-    return nullptr;
+    return heap_.empty();
+  }
+
+  /// Precondition: !empty().
+  WorkerEntry* least_loaded(const Question& question) const {
+    if (knows(*heap_.front().worker, question)) return heap_.front().worker;
+    const Candidate* least = nullptr;
+    for (const Candidate& candidate : heap_) {
+      if (is_stale(candidate) || !knows(*candidate.worker, question)) continue;
+      if (!least || Later{}(*least, candidate)) least = &candidate;
+    }
+    return least ? least->worker : nullptr;
   }
 
   bool has_room(WorkerEntry& worker) const { return room(worker) > 0; }
 
   void give(WorkerEntry& worker, protocol::RolloutKey key) {
-    by_load_.erase({load(worker), &worker});
     worker.leases.insert(key);
     --worker.free_slots;
     put(worker);
   }
 
  private:
-  struct Order {
-    bool operator()(const std::pair<double, WorkerEntry*>& a,
-                    const std::pair<double, WorkerEntry*>& b) const {
-      return std::pair(a.first, a.second->id) < std::pair(b.first, b.second->id);
+  struct Candidate {
+    double load = 0;
+    WorkerEntry* worker = nullptr;
+  };
+  /// Of two, the one to be asked later.
+  struct Later {
+    bool operator()(const Candidate& a, const Candidate& b) const {
+      return std::pair(a.load, a.worker->id) > std::pair(b.load, b.worker->id);
     }
   };
 
@@ -70,13 +82,19 @@ class Candidates {
   static double load(const WorkerEntry& worker) {
     return static_cast<double>(worker.leases.size()) / worker.num_evaluators;
   }
+  /// What has been given since stands once more, behind.
+  static bool is_stale(const Candidate& candidate) {
+    return candidate.load != load(*candidate.worker);
+  }
   void put(WorkerEntry& worker) {
-    if (room(worker) > 0) by_load_.emplace(load(worker), &worker);
+    if (room(worker) <= 0) return;
+    heap_.push_back({load(worker), &worker});
+    std::push_heap(heap_.begin(), heap_.end(), Later{});
   }
 
   TimePoint now_;
   double rollout_time_s_;
-  std::set<std::pair<double, WorkerEntry*>, Order> by_load_;
+  std::vector<Candidate> heap_;
 };
 
 }  // namespace
@@ -106,6 +124,7 @@ Duration lease_duration(const WorkerEntry& worker, double rollout_time_s) {
 std::vector<Ledger::Assignment> assign(const Ledger& ledger, WorkerTable& workers,
                                        const DispatchFacts& facts) {
   std::vector<Ledger::Assignment> chosen;
+  if (ledger.ready().empty()) return chosen;
   Candidates candidates(workers, facts);
   for (std::size_t place = 0; place < ledger.ready().size() && !candidates.empty(); ++place) {
     const protocol::RolloutKey key = ledger.ready()[place];

@@ -81,7 +81,7 @@ void LearnerCore::on_started(TimePoint now, LearnerEffects& effects) {
 TimePoint LearnerCore::next_deadline() const {
   TimePoint next = next_status_;
   if (const auto lease = ledger_.next_deadline()) next = std::min(next, *lease);
-  if (const auto silence = workers_.next_silence()) next = std::min(next, *silence);
+  if (const auto look = workers_.next_look()) next = std::min(next, *look);
   if (stop_at_) next = std::min(next, *stop_at_);
   if (const auto end = time_end()) next = std::min(next, *end);
   return next;
@@ -154,8 +154,8 @@ void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
     worker->answered = batch.first_index + static_cast<std::int64_t>(num_read) - 1;
     // It repeats what it need not: our word was lost, or an older batch came between.
     if (num_unsynced_ == 0) worker->acknowledged = worker->answered;
-    worker->acknowledgement_due =
-        worker->acknowledgement_due || worker->answered == worker->acknowledged;
+    (worker->answered == worker->acknowledged ? acknowledgements_due_ : answers_unsynced_)
+        .insert(worker->id);
   }
   worker->free_slots = batch.free_slots;
   if (batch.last_index <= worker->answered) reconcile(*worker, batch.last_batch, batch.held, now);
@@ -165,11 +165,11 @@ void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
 /// Only what will survive us may be forgotten by those who have it.
 void LearnerCore::on_synced(TimePoint now, LearnerEffects& effects) {
   num_unsynced_ = 0;
-  for (auto& [id, worker] : workers_.all()) {
-    if (worker.answered == worker.acknowledged) continue;
-    worker.acknowledged = worker.answered;
-    worker.acknowledgement_due = true;
+  for (const protocol::WorkerId id : answers_unsynced_) {
+    if (WorkerEntry* worker = workers_.find(id)) worker->acknowledged = worker->answered;
   }
+  acknowledgements_due_.merge(answers_unsynced_);
+  answers_unsynced_.clear();
   dispatch(now, effects);
 }
 
@@ -297,11 +297,11 @@ void LearnerCore::dispatch(TimePoint now, LearnerEffects& effects) {
   }
   std::vector<protocol::RolloutRequest> requests = ledger_.lease(now, chosen);
   std::vector<protocol::Acknowledgement> acknowledgements;
-  for (auto& [id, worker] : workers_.all()) {
-    if (!worker.acknowledgement_due) continue;
-    acknowledgements.push_back({id, worker.acknowledged});
-    worker.acknowledgement_due = false;
+  for (const protocol::WorkerId id : acknowledgements_due_) {
+    const WorkerEntry* worker = workers_.find(id);
+    if (worker) acknowledgements.push_back({id, worker->acknowledged});
   }
+  acknowledgements_due_.clear();
   for (protocol::RolloutBatch& batch :
        pack(std::move(requests), acknowledgements, settings_.batch_bytes_max)) {
     batch.learner_id = settings_.learner_id;

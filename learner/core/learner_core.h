@@ -166,6 +166,8 @@ class LearnerCore {
   DefinitionBook policies_;
   Ledger ledger_;
   WorkerTable workers_;
+  std::set<protocol::WorkerId> answers_unsynced_;      // have answered what is not yet synced
+  std::set<protocol::WorkerId> acknowledgements_due_;  // with the next message
   std::map<std::string, int> numeric_classes_;
 
   std::int64_t last_batch_ = 0;    // sequence of the last message sent

@@ -43,6 +43,7 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
       left_.erase(left);
     }
     found = workers_.emplace(id, std::move(entry)).first;
+    if (!look_at_ || now + kSilence < *look_at_) look_at_ = now + kSilence;
   }
   found->second.last_heard = now;
   return &found->second;
@@ -55,8 +56,12 @@ WorkerEntry* WorkerTable::find(protocol::WorkerId id) {
 
 std::vector<WorkerEntry> WorkerTable::remove_silent(TimePoint now) {
   std::vector<WorkerEntry> silent;
+  if (!look_at_ || now < *look_at_) return silent;
+  look_at_.reset();
   for (auto worker = workers_.begin(); worker != workers_.end();) {
-    if (worker->second.last_heard + kSilence > now) {
+    const TimePoint silence = worker->second.last_heard + kSilence;
+    if (silence > now) {
+      if (!look_at_ || silence < *look_at_) look_at_ = silence;
       ++worker;
       continue;
     }
@@ -83,15 +88,6 @@ void WorkerTable::forget_refusals(TimePoint now) {
   for (auto& [id, worker] : workers_) {
     std::erase_if(worker.refused, [now](const auto& entry) { return entry.second.until <= now; });
   }
-}
-
-std::optional<TimePoint> WorkerTable::next_silence() const {
-  std::optional<TimePoint> next;
-  for (const auto& [id, worker] : workers_) {
-    const TimePoint silence = worker.last_heard + kSilence;
-    if (!next || silence < *next) next = silence;
-  }
-  return next;
 }
 
 int WorkerTable::num_evaluators() const {

@@ -39,7 +39,6 @@ struct WorkerEntry {
   std::int64_t settled = 0;       ///< highest result index that has been looked at
   std::int64_t answered = 0;      ///< last result index of its newest batch
   std::int64_t acknowledged = 0;  ///< the same, and on stable storage
-  bool acknowledgement_due = false;
   std::int64_t num_accepted = 0;
 
   /// One that refuses so much is asked for nothing until it has been forgotten what it refused.
@@ -65,7 +64,8 @@ class WorkerTable {
 
   /// Takes out the workers that have been silent for kSilence; their records stay.
   std::vector<WorkerEntry> remove_silent(TimePoint now);
-  std::optional<TimePoint> next_silence() const;
+  /// When to call remove_silent() next: no worker counts as silent before.
+  std::optional<TimePoint> next_look() const { return look_at_; }
 
   void forget_refusals(TimePoint now);
 
@@ -80,6 +80,9 @@ class WorkerTable {
  private:
   void make_room_among_those_that_left();
 
+  /// Not after the first silence to come. Hearing of a worker puts its silence off but leaves this
+  /// as it is, so that no message costs a walk over all workers.
+  std::optional<TimePoint> look_at_;
   std::map<protocol::WorkerId, WorkerEntry> workers_;
   std::map<protocol::WorkerId, WorkerEntry> left_;
 };

@@ -1,4 +1,5 @@
 #include <regex>
+#include <set>
 
 #include "tests/architecture/rooms.h"
 #include "tests/architecture/rules.h"
@@ -76,6 +77,23 @@ std::vector<Finding> check_includes(const SourceFile& file) {
                           "<" + include.included + "> in a core: time, disk and network are " +
                               "arguments or effects, carried out by the room's caller"});
     }
+  }
+  return findings;
+}
+
+std::vector<Finding> check_own_headers(const std::vector<SourceFile>& files) {
+  std::set<std::string> headers;
+  for (const SourceFile& file : files) {
+    if (file.is_header()) headers.insert(file.path);
+  }
+  std::vector<Finding> findings;
+  for (const SourceFile& file : files) {
+    if (!file.path.ends_with(".cc") || room_of(file.path).empty()) continue;
+    const std::string own = file.path.substr(0, file.path.size() - 2) + "h";
+    if (!headers.contains(own)) continue;
+    if (!file.includes.empty() && file.includes.front().included == own) continue;
+    findings.push_back({file.path, file.includes.empty() ? 1 : file.includes.front().line,
+                        "include \"" + own + "\" first: that is what compiles the header alone"});
   }
   return findings;
 }

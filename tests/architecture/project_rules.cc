@@ -129,6 +129,7 @@ std::vector<Finding> check_links(const std::vector<SourceFile>& files) {
 
 std::vector<Finding> check_tree(const std::vector<SourceFile>& files) {
   std::vector<Finding> findings = check_links(files);
+  for (Finding& finding : check_own_headers(files)) findings.push_back(std::move(finding));
   for (const SourceFile& file : files) {
     for (const auto check : {check_includes, check_words, check_project}) {
       for (Finding& finding : check(file)) findings.push_back(std::move(finding));

@@ -21,6 +21,9 @@ std::string to_string(const Finding& finding);
 /// sim; libraries that take seconds to compile only in .cc files.
 std::vector<Finding> check_includes(const SourceFile& file);
 
+/// A room's source includes its own header before all else: so each header is compiled alone.
+std::vector<Finding> check_own_headers(const std::vector<SourceFile>& files);
+
 /// What a core or a portable room must not name: clocks, random devices, the standard library's
 /// distributions, unordered containers, threads, disk and network, glibc's elementary functions.
 std::vector<Finding> check_words(const SourceFile& file);

@@ -87,6 +87,21 @@ TEST(IncludeRulesTest, DiskAndNetworkAreFoundInACoreOnly) {
   EXPECT_THAT(findings("learner/app/a.cc", "#include <fstream>\n"), IsEmpty());
 }
 
+TEST(IncludeRulesTest, ASourceThatDoesNotIncludeItsOwnHeaderFirstIsFound) {
+  const SourceFile header = make_source_file("sim/a.h", "#pragma once\n");
+  const auto check = [&](const std::string& path, const std::string& text) {
+    return check_own_headers({header, make_source_file(path, text)});
+  };
+  for (const std::string text : {"#include <vector>\n\n#include \"sim/a.h\"\n", "int a;\n"}) {
+    ASSERT_EQ(check("sim/a.cc", text).size(), 1U);
+    EXPECT_THAT(to_string(check("sim/a.cc", text)[0]),
+                HasSubstr("sim/a.cc:1: include \"sim/a.h\" first"));
+  }
+  EXPECT_TRUE(check("sim/a.cc", "// why\n#include \"sim/a.h\"\n#include <vector>\n").empty());
+  EXPECT_TRUE(check("sim/b.cc", "#include <vector>\n").empty()) << "it has no header";
+  EXPECT_TRUE(check("tests/sim/a_test.cc", "#include <vector>\n").empty());
+}
+
 TEST(IncludeRulesTest, AnIncludeInACommentOrALiteralDoesNotCount) {
   EXPECT_THAT(findings("sim/a.cc",
                        "// #include \"learner/core/study.h\"\n/*\n#include \"learner/core/a.h\"\n"
