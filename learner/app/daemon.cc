@@ -19,6 +19,7 @@
 #include "learner/app/journal_fold.h"
 #include "learner/app/local_worker.h"
 #include "learner/app/progress_line.h"
+#include "learner/app/standard_output.h"
 #include "learner/app/state_directory.h"
 #include "learner/app/study_file.h"
 #include "learner/app/task_survey.h"
@@ -278,12 +279,13 @@ int run_learner(const LearnerOptions& options) {
   const std::vector<RunRecord> runs = daemon.core().run_records();
   const StudySummary summary{loaded.study.name, summarize(runs), daemon.core().counters(),
                              daemon.core().worker_records(), elapsed_s};
-  fmt::print("{}", options.json ? to_json(summary) + "\n" : to_table(summary.conditions));
-  std::fflush(stdout);
   if (const std::string failures = write_results(directory, runs); !failures.empty()) {
     throw std::runtime_error(failures);
   }
   daemon.seal_journal();
+  // Last: whoever reads it may have gone, which ends us at once (SIGPIPE).
+  fmt::print("{}", options.json ? to_json(summary) + "\n" : to_table(summary.conditions));
+  flush_standard_output();
   if (daemon.core().outcome() != LearnerCore::Outcome::kDone) {
     spdlog::warn("stopped early with {} roll-outs; go on with --resume {}", summary.ledger.applied,
                  directory.string());

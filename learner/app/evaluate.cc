@@ -12,6 +12,7 @@
 #include "common/base/config_error.h"
 #include "common/base/rollout_status.h"
 #include "learner/app/policy_file.h"
+#include "learner/app/standard_output.h"
 #include "learner/app/study_file.h"
 #include "learner/app/task_survey.h"
 #include "learner/app/worker_evaluation.h"
@@ -123,7 +124,7 @@ void evaluate_policy(const EvaluateOptions& options) {
   } else {
     fmt::print("task    {}\nreward  {}\nstatus  {}\n", task_name, outcome.reward, outcome.status);
   }
-  if (std::fflush(stdout) != 0) throw std::runtime_error("cannot write to standard output");
+  flush_standard_output();
 }
 
 }  // namespace treeroll

@@ -7,9 +7,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <cstdint>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <thread>
 
@@ -88,8 +91,10 @@ Result<std::string> converse(Pipe& to_child, Pipe& from_child, const std::string
   fcntl(to_child.write_end, F_SETFL, O_NONBLOCK);
   if (input.empty()) to_child.close_write();
   for (;;) {
-    const auto left =
-        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
+    // No longer than an int of milliseconds holds; then it is looked at anew.
+    const auto left = std::min<std::int64_t>(
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count(),
+        std::numeric_limits<int>::max());
     if (left <= 0) return Error{"it takes too long"};
     pollfd ends[2] = {{from_child.read_end, POLLIN, 0}, {to_child.write_end, POLLOUT, 0}};
     if (poll(ends, 2, static_cast<int>(left)) < 0 && errno != EINTR) {
@@ -146,10 +151,10 @@ Result<ProgramOutput> run_program(const std::filesystem::path& program,
   if (!to_child.open() || !from_child.open()) {
     return Error{fmt::format("cannot make a pipe: {}", std::strerror(errno))};
   }
-  // A program that does not read its input must not end us.
-  const auto before = std::signal(SIGPIPE, SIG_IGN);
   Result<pid_t> child = launch(program, arguments, to_child.read_end, from_child.write_end);
   if (!child) return child.error();
+  // A program that does not read its input must not end us.
+  const auto before = std::signal(SIGPIPE, SIG_IGN);
   to_child.close_read();
   from_child.close_write();
   const Clock::time_point deadline = Clock::now() + limit;

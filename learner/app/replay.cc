@@ -12,6 +12,7 @@
 #include "common/base/config_error.h"
 #include "common/base/rollout_status.h"
 #include "learner/app/journal_fold.h"
+#include "learner/app/standard_output.h"
 #include "learner/app/state_directory.h"
 #include "learner/app/study_file.h"
 #include "learner/report/atomic_file.h"
@@ -195,7 +196,6 @@ bool export_results(const Places& places, const ReplayOptions& options) {
   }
   if (!is_journal(places, *tail)) return false;
   if (file) file->commit();
-  if (std::fflush(stdout) != 0) throw std::runtime_error("cannot write to standard output");
   return true;
 }
 
@@ -226,9 +226,11 @@ bool summarize_journal(const Places& places) {
 
 bool replay(const ReplayOptions& options) {
   const Places places = find(options.path);
-  if (options.verify) return verify(places);
-  if (!options.export_format.empty()) return export_results(places, options);
-  return summarize_journal(places);
+  const bool agreed = options.verify                  ? verify(places)
+                      : options.export_format.empty() ? summarize_journal(places)
+                                                      : export_results(places, options);
+  flush_standard_output();
+  return agreed;
 }
 
 }  // namespace treeroll

@@ -11,6 +11,7 @@
 #include "common/base/config_error.h"
 #include "learner/app/claims_file.h"
 #include "learner/app/report_figures.h"
+#include "learner/app/standard_output.h"
 #include "learner/app/study_error.h"
 #include "learner/app/study_file.h"
 #include "learner/report/atomic_file.h"
@@ -176,6 +177,7 @@ void write_report(const ReportOptions& options) {
   if (!claims.empty()) print_claims(claims, results);
   print_comparisons(compared);
   fmt::print("{}\n", (options.output / "report.html").string());
+  flush_standard_output();
 }
 
 }  // namespace treeroll

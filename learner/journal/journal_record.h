@@ -11,7 +11,8 @@
 
 namespace treeroll {
 
-/// Raised whenever drawing or updating changes: an older journal would fold to other bits.
+/// Raised by each release that changes drawing or updating: an older journal would fold to other
+/// bits. 1 is that of the first, 0.1.0.
 inline constexpr std::uint32_t kAlgorithmVersion = 1;
 
 /// What the journal says, record by record.

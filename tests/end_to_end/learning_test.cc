@@ -354,6 +354,32 @@ TEST(LearningTest, TheBusIsTakenFromTheEnvironmentToo) {
   EXPECT_EQ(learnt.summary["ledger"]["applied"], 200);
 }
 
+TEST(LearningTest, WhatWasLearntIsKeptThoughTheSummaryCannotBeWritten) {
+  const Service service;
+  const std::string study = service.study(kTenThousand).string();
+  for (const std::string output : {"| true", "> /dev/full"}) {
+    const std::filesystem::path state =
+        service.directory() / (output == "| true" ? "gone" : "full");
+    Daemon learner("/bin/sh",
+                   {"-c", R"("$0" "$@" )" + output, executable("treeroll-learner").string(), study,
+                    "--json", "--lcm-url", service.url(), "--local-workers", "1", "--set",
+                    "study.rollouts=20", "--state-dir", state.string()},
+                   service.directory());
+    const int status = learner.wait(seconds(60));
+    if (output == "> /dev/full") {
+      EXPECT_EQ(status, 1);
+      EXPECT_THAT(learner.standard_error(),
+                  HasSubstr("cannot write to standard output: No space left on device"));
+    }
+    EXPECT_NE(read_file(state / "rollouts.csv"), "") << output;
+    EXPECT_NE(read_file(state / "runs.csv"), "") << output;
+    const Result<JournalTail> tail =
+        read_journal(state / "journal.lcmlog", [](const JournalRecord&) {});
+    ASSERT_TRUE(tail) << tail.error().message;
+    EXPECT_TRUE(tail->sealed) << output;
+  }
+}
+
 TEST(LearningTest, FailedAndCrashingRolloutsAreCountedAndTheStudyEnds) {
   const Service service;
   const Service::Learnt learnt = service.learn(
