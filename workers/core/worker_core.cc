@@ -118,6 +118,7 @@ void WorkerCore::on(const Turn& turn, const InboxDrained&) {
     if (learner.answers_due || window_end > last_sent) send_answers(turn, id, learner);
     hurry_if_full(turn, id, learner);
   }
+  if (status_due_) send_status(turn);
   finish_if_drained(turn);
 }
 

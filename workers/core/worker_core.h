@@ -78,7 +78,8 @@ class WorkerCore {
     std::optional<DefinitionName> loading;
     std::set<DefinitionName> known;
     std::int64_t num_evicted_seen = 0;
-    int num_bare_deaths = 0;  ///< in a row, not the fault of a roll-out or definition
+    /// In a row since its last result, not the fault of a roll-out or definition.
+    int num_bare_deaths = 0;
   };
 
   // worker_core.cc: the learners' messages.
@@ -111,6 +112,7 @@ class WorkerCore {
   void send_status(const Turn& turn);
   std::size_t num_results_max(std::size_t num_held) const;
   int free_slots() const;
+  bool any_living() const;
 
   // worker_core_evaluators.cc: who computes what.
   void on(const Turn& turn, const EvaluatorReady& event);
@@ -126,6 +128,8 @@ class WorkerCore {
   HeldRollout* rollout_of(const Evaluator& evaluator);
   void strike_definition(const Turn& turn, const DefinitionName& name, bool timed_out);
   void strike_rollout(const Turn& turn, const Evaluator& evaluator, bool charged);
+  void give_up(const RolloutName& name);
+  void give_all_up_in_trouble(const Turn& turn);
   void answer(const Turn& turn, const RolloutName& name, RolloutStatus status, double reward,
               std::int64_t duration_ns);
   void watch_evaluator(const Turn& turn, int index);
@@ -147,6 +151,7 @@ class WorkerCore {
   std::vector<Evaluator> evaluators_;
   std::int64_t next_job_ = 1;
   TimePoint heartbeat_at_;
+  bool status_due_ = false;  ///< what learners should know before the next heartbeat has changed
   bool draining_ = false;
   bool exited_ = false;
   std::optional<TimePoint> drain_end_;

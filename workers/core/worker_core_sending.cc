@@ -128,13 +128,15 @@ void WorkerCore::send_status(const Turn& turn) {
                                 .keys = queue_.keys(id)};
     status.held.push_back(std::move(held));
   }
+  status_due_ = false;
   heartbeat_at_ =
       turn.now + (queue_.size() > 0 ? settings_.busy_heartbeat : settings_.idle_heartbeat);
   turn.effects.emplace_back(SendMessage{std::move(status)});
 }
 
+/// Room is where an evaluator lives: what is taken without one would be kept from other workers.
 int WorkerCore::free_slots() const {
-  if (draining_) return 0;
+  if (draining_ || !any_living()) return 0;
   const int capacity = std::min(settings_.num_evaluators * settings_.held_per_evaluator_max,
                                 protocol::kHeldPerMessageMax);
   return capacity - static_cast<int>(queue_.size());

@@ -1,0 +1,115 @@
+#include <gmock/gmock.h>
+
+#include "tests/worker_core/stage.h"
+
+// A worker whose evaluators cannot start, or are killed again and again by others: what it holds
+// must not wait for them while other workers idle.
+namespace treeroll::worker {
+namespace {
+
+using protocol::RewardBatch;
+using protocol::WorkerStatus;
+using ::testing::Each;
+using ::testing::Field;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+std::vector<protocol::RolloutKey> held(const WorkerStatus& status) {
+  std::vector<protocol::RolloutKey> keys;
+  for (const auto& of_learner : status.held) {
+    keys.insert(keys.end(), of_learner.keys.begin(), of_learner.keys.end());
+  }
+  return keys;
+}
+
+TEST(WorkerTroubleTest, HasNoRoomUntilAnEvaluatorIsReadyAndSaysAtOnceThatItHas) {
+  Stage stage;
+  stage.evaluators_start = false;
+  stage.die(0, Death::kExited, 1);
+  EXPECT_EQ(stage.status().free_slots, 0);
+  stage.define();
+  stage.ask({stage.request(1)});
+  EXPECT_THAT(held(stage.status()), IsEmpty()) << "it takes what it cannot evaluate";
+  stage.clear();
+  stage.step(EvaluatorReady{0});
+  ASSERT_THAT(stage.sent<WorkerStatus>(), SizeIs(1));
+  EXPECT_EQ(stage.sent<WorkerStatus>()[0].free_slots, 64);
+}
+
+TEST(WorkerTroubleTest, OneLivingEvaluatorIsEnoughToHaveRoom) {
+  Stage stage(2);
+  stage.evaluators_start = false;
+  for (int i = 0; i < 5; ++i) {
+    stage.die(0, Death::kForeignSignal);
+    stage.pass(1s);
+  }
+  EXPECT_EQ(stage.status().free_slots, 128);
+}
+
+TEST(WorkerTroubleTest, ADeathOrTwoAreNoReasonToGiveARolloutUpWhileAnotherEvaluatorLives) {
+  Stage stage(2);
+  stage.define();
+  stage.ask({stage.request(1), stage.request(2)});
+  stage.die(0, Death::kForeignSignal);
+  stage.die(0, Death::kForeignSignal);
+  EXPECT_THAT(held(stage.status()), SizeIs(2));
+  stage.finish(0, .25);
+  EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().reward, .25);
+}
+
+TEST(WorkerTroubleTest, GivesAllItHoldsUpAtOnceWhenEveryEvaluatorHasDiedTwiceForNothing) {
+  Stage stage(2);
+  stage.define();
+  stage.ask({stage.request(1), stage.request(2), stage.request(3), stage.request(4)});
+  stage.evaluators_start = false;
+  for (int i = 0; i < 2; ++i) {
+    stage.die(0, Death::kForeignSignal);
+    EXPECT_THAT(held(stage.status()), SizeIs(4));
+    stage.clear();
+    stage.die(1, Death::kForeignSignal);
+  }
+  ASSERT_THAT(stage.sent<WorkerStatus>(), SizeIs(1)) << "the learner waits for the next heartbeat";
+  const WorkerStatus status = stage.sent<WorkerStatus>()[0];
+  EXPECT_THAT(held(status), IsEmpty());
+  EXPECT_EQ(status.free_slots, 0);
+  EXPECT_EQ(status.held.at(0).last_batch, 1);
+  stage.clear();
+  stage.pass(1min - 10s);
+  EXPECT_THAT(stage.sent<WorkerStatus>(), Each(Field(&WorkerStatus::free_slots, 0)));
+  EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty()) << "a kill by others is no roll-out's fault";
+}
+
+TEST(WorkerTroubleTest, EvaluatorsThatLoadAndAreKilledAtTheirRolloutCountAsTrouble) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.die(0, Death::kForeignSignal);
+  EXPECT_EQ(stage.effects<RunRollout>().size(), 2U) << "once is an accident";
+  stage.die(0, Death::kForeignSignal);
+  EXPECT_THAT(held(stage.status()), IsEmpty());
+  EXPECT_EQ(stage.status().num_failed, 0);
+}
+
+TEST(WorkerTroubleTest, GivesUpARolloutUnderWhichThreeHaveBeenKilledAndKeepsTheOthers) {
+  Stage stage(8);
+  stage.define();
+  stage.ask({stage.request(1), stage.request(2)});
+  ASSERT_EQ(stage.running(0).key.number, 1);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_THAT(held(stage.status()), SizeIs(2));
+    const RunRollout last = stage.effects<RunRollout>().front();
+    ASSERT_EQ(last.request.key.number, 1);
+    stage.clear();
+    stage.die(last.evaluator, Death::kForeignSignal);
+  }
+  ASSERT_THAT(stage.sent<WorkerStatus>(), SizeIs(1));
+  EXPECT_EQ(held(stage.sent<WorkerStatus>()[0]), (std::vector<protocol::RolloutKey>{{0, 2}}));
+  EXPECT_EQ(stage.sent<WorkerStatus>()[0].num_failed, 0);
+  // Nobody else has it evaluated: it comes again, and counts anew.
+  stage.ask({stage.request(1, 1)});
+  stage.finish(stage.effects<RunRollout>().back().evaluator, .75);
+  EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().reward, .75);
+}
+
+}  // namespace
+}  // namespace treeroll::worker
