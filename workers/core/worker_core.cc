@@ -134,8 +134,7 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
       ask_for_definitions(turn, id, learner);
     }
     if (learner.repeat_at && turn.now >= *learner.repeat_at) {
-      learner.repeat_interval =
-          std::min(2 * learner.repeat_interval, settings_.repeat_interval_max);
+      back_off(id, learner);
       send_answers(turn, id, learner);
     }
   }
@@ -236,6 +235,7 @@ void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) 
     if (!mine(acknowledgement)) continue;
     if (!answers_.acknowledge(batch.learner_id, acknowledgement.result_index)) continue;
     learner->repeat_interval = settings_.repeat_interval_min;
+    learner->num_hasty = 0;
     learner->repeat_at.reset();
     if (answers_.first_index(batch.learner_id) <= answers_.last_index(batch.learner_id)) {
       learner->repeat_at = turn.now + learner->repeat_interval;

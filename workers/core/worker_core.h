@@ -57,6 +57,7 @@ class WorkerCore {
     std::int64_t last_sent_index = 0;
     std::optional<TimePoint> repeat_at;
     Duration repeat_interval{};
+    int num_hasty = 0;    ///< repetitions without backing off since answers were acknowledged
     bool asking = false;  ///< some roll-out may wait for a definition that is not here
     std::optional<TimePoint> ask_at;
     std::set<DefinitionName> asked;  ///< missing ones asked for less than ask_interval ago
@@ -107,7 +108,9 @@ class WorkerCore {
   // worker_core_sending.cc: what goes out.
   void send_reports(const Turn& turn);
   void send_answers(const Turn& turn, protocol::LearnerId id, Learner& learner);
+  bool in_haste(protocol::LearnerId id, const Learner& learner) const;
   void hurry_if_full(const Turn& turn, protocol::LearnerId id, Learner& learner);
+  void back_off(protocol::LearnerId id, Learner& learner) const;
   void ask_for_definitions(const Turn& turn, protocol::LearnerId id, Learner& learner);
   void send_status(const Turn& turn);
   std::size_t num_results_max(std::size_t num_held) const;
