@@ -111,5 +111,40 @@ TEST(WorkerTroubleTest, GivesUpARolloutUnderWhichThreeHaveBeenKilledAndKeepsTheO
   EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().reward, .75);
 }
 
+TEST(WorkerTroubleTest, OnlyWhoChecksADefinitionSettlesIt) {
+  for (const Death death : {Death::kForeignSignal, Death::kFatalSignal}) {
+    Stage stage(2, [](WorkerSettings& s) { s.num_tasks_max = 1; });
+    const std::string other = "another task";
+    const auto comes = [&](const std::string& task) {
+      stage.step(MessageReceived{protocol::TaskDefinition{kLearner, content_hash(task), task}});
+    };
+    const auto loaded = [&](int evaluator, const std::string& task) {
+      stage.step(DefinitionLoaded{
+          evaluator, {DefinitionKind::kTask, content_hash(task)}, true, "", stage.task_facts});
+    };
+    stage.define();
+    stage.ask({stage.request(1)});
+    stage.definitions_load = false;
+    stage.ask({stage.request(2)});  // evaluator 1 loads the task for it
+    auto changed = stage.request(2, 0, 6);
+    changed.task_id = content_hash("a task that never comes");
+    stage.ask({changed});
+    stage.finish(0);
+    comes(other);  // the first is evicted
+    loaded(0, other);
+    comes(kTask);  // evaluator 0 checks it
+    ASSERT_EQ(stage.effects<LoadDefinition>().back().evaluator, 0);
+    stage.clear();
+    loaded(1, kTask);
+    EXPECT_THAT(stage.sent<protocol::DefinitionReport>(), IsEmpty());
+    comes(other);
+    stage.definitions_load = true;
+    stage.die(0, death);
+    ASSERT_THAT(stage.sent<protocol::DefinitionReport>(), SizeIs(1));
+    EXPECT_EQ(stage.sent<protocol::DefinitionReport>()[0].definition_id, content_hash(kTask));
+    EXPECT_TRUE(stage.sent<protocol::DefinitionReport>()[0].accepted);
+  }
+}
+
 }  // namespace
 }  // namespace treeroll::worker

@@ -50,7 +50,10 @@ void WorkerCore::on(const Turn& turn, const DefinitionLoaded& event) {
 
   DefinitionCache& definitions = cache(event.name.kind);
   Definition* definition = definitions.find(event.name.id);
-  if (definition != nullptr && definition->state == DefinitionState::kChecking) {
+  // Who loads it for a roll-out checks nothing, though it may have been evicted and come again
+  // since. What is checked stays until its checker answers or dies.
+  const bool checks = !evaluator.rollout;
+  if (checks && definition != nullptr && definition->state == DefinitionState::kChecking) {
     if (event.accepted) {
       definition->state = DefinitionState::kAccepted;
       definition->text = event.text;
