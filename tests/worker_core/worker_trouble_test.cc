@@ -3,7 +3,7 @@
 #include "tests/worker_core/stage.h"
 
 // A worker whose evaluators cannot start, or are killed again and again by others: what it holds
-// must not wait for them while other workers idle.
+// must not wait for them while other workers idle, and nothing it was kept from is anybody's fault.
 namespace treeroll::worker {
 namespace {
 
@@ -144,6 +144,49 @@ TEST(WorkerTroubleTest, OnlyWhoChecksADefinitionSettlesIt) {
     EXPECT_EQ(stage.sent<protocol::DefinitionReport>()[0].definition_id, content_hash(kTask));
     EXPECT_TRUE(stage.sent<protocol::DefinitionReport>()[0].accepted);
   }
+}
+
+TEST(WorkerTroubleTest, TimeInWhichTheWorkerItselfWasStoppedIsNobodysFault) {
+  for (const bool hears_first : {false, true}) {
+    Stage stage;
+    stage.define();
+    stage.ask({stage.request(1)});
+    for (int i = 0; i < 5; ++i) {
+      stage.pass(600ms);
+      // Ctrl-Z. No timer is served, which shows from the next heartbeat on: 100 ms are not seen.
+      stage.now += 10s;
+      if (hears_first) stage.ask({stage.request(1)});
+      stage.pass({});
+      EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
+    }
+    stage.pass(400ms);
+    ASSERT_THAT(stage.effects<KillEvaluator>(), IsEmpty()) << "4 s may pass, and 3.9 have at most";
+    stage.finish(0, .5);
+    EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().status, RolloutStatus::kOk);
+  }
+}
+
+TEST(WorkerTroubleTest, OneThatIsBlockedIsFoundNoLaterForTheTimeTheWorkerRuns) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.pass(2s);
+  stage.now += 20s;
+  stage.pass({});
+  EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
+  stage.pass(3s);  // 2 x 2 s + 1 s, and 20 s that do not count
+  EXPECT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
+}
+
+TEST(WorkerTroubleTest, NorIsAStartLateForItsSake) {
+  Stage stage;
+  stage.evaluators_start = false;
+  stage.die(0, Death::kForeignSignal);
+  stage.now += 1h;
+  stage.pass(29s);
+  EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
+  stage.pass(2s);
+  EXPECT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
 }
 
 }  // namespace

@@ -60,6 +60,7 @@ void WorkerCore::Turn::log(bool warning, std::string_view kind, std::string text
 
 void WorkerCore::step(TimePoint now, const Event& event, Effects& effects) {
   if (exited_) return;
+  excuse_delay(now);
   const Turn turn{now, effects, log_limiter_};
   std::visit([&](const auto& e) { on(turn, e); }, event);
   if (!exited_) assign_work(turn);

@@ -136,6 +136,7 @@ class WorkerCore {
   void answer(const Turn& turn, const RolloutName& name, RolloutStatus status, double reward,
               std::int64_t duration_ns);
   void watch_evaluator(const Turn& turn, int index);
+  void excuse_delay(TimePoint now);
   bool any_running() const;
 
   DefinitionCache& cache(DefinitionKind kind);
@@ -153,6 +154,7 @@ class WorkerCore {
   std::map<std::pair<protocol::LearnerId, ContentHash>, protocol::DefinitionReport> reports_;
   std::vector<Evaluator> evaluators_;
   std::int64_t next_job_ = 1;
+  TimePoint last_step_;
   TimePoint heartbeat_at_;
   bool status_due_ = false;  ///< what learners should know before the next heartbeat has changed
   bool draining_ = false;

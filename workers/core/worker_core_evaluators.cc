@@ -158,6 +158,20 @@ void WorkerCore::on(const Turn& turn, const EvaluatorDied& event) {
   if (delay == Duration{}) watch_evaluator(turn, event.evaluator);
 }
 
+/// A deadline that was not served when due shows that this process was stopped or kept waiting, and
+/// its evaluators most likely with it (Ctrl-Z, a frozen container). That time counts against none.
+void WorkerCore::excuse_delay(TimePoint now) {
+  const Duration delay = now - std::max(next_deadline(), last_step_);
+  last_step_ = now;
+  if (delay <= Duration{}) return;
+  for (Evaluator& evaluator : evaluators_) {
+    evaluator.busy_at += delay;
+    if (evaluator.state == EvaluatorState::kStarting && evaluator.look_at) {
+      *evaluator.look_at += delay;
+    }
+  }
+}
+
 /// Acts on an evaluator's own deadline.
 void WorkerCore::watch_evaluator(const Turn& turn, int index) {
   Evaluator& evaluator = evaluators_[static_cast<std::size_t>(index)];
