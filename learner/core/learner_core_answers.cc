@@ -172,7 +172,9 @@ void LearnerCore::reconcile(WorkerEntry& worker, std::int64_t last_batch,
   const std::set<protocol::RolloutKey> leases = worker.leases;
   for (const protocol::RolloutKey key : leases) {
     const bool lost = !holds.contains(key) && ledger_.find(key)->lease->batch <= last_batch;
-    if (lost) take_back(worker, key);
+    if (!lost) continue;
+    ledger_.take_back_lost(key);
+    worker.leases.erase(key);
   }
 }
 

@@ -90,6 +90,11 @@ void Ledger::take_back(RolloutKey key) {
   ready_.push_front(key);
 }
 
+void Ledger::take_back_lost(RolloutKey key) {
+  take_back(key);
+  entries_.at(key).last_worker = 0;
+}
+
 std::vector<std::pair<RolloutKey, protocol::WorkerId>> Ledger::expire(TimePoint now) {
   std::vector<std::pair<RolloutKey, protocol::WorkerId>> expired;
   while (!deadlines_.empty() && deadlines_.begin()->first <= now) {

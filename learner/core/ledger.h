@@ -42,7 +42,7 @@ class Ledger {
     Question question;
     int attempt = 0;  ///< of the next issue
     std::optional<Lease> lease;
-    protocol::WorkerId last_worker = 0;  ///< that held a lease; 0 none yet
+    protocol::WorkerId last_worker = 0;  ///< that held a lease and may have it yet; 0 none
   };
 
   /// A roll-out has been drawn. Precondition: its key is new.
@@ -65,6 +65,9 @@ class Ledger {
   void extend(protocol::RolloutKey key, protocol::WorkerId worker, TimePoint deadline);
   /// Takes a lease back: the roll-out is ready again. Precondition: it is leased.
   void take_back(protocol::RolloutKey key);
+  /// The same where the holder says that it has neither the question nor its answer: nothing
+  /// speaks for asking the same one again.
+  void take_back_lost(protocol::RolloutKey key);
   /// Takes back every lease whose deadline is not after `now`; the keys and who held them.
   std::vector<std::pair<protocol::RolloutKey, protocol::WorkerId>> expire(TimePoint now);
   std::optional<TimePoint> next_deadline() const;

@@ -74,6 +74,18 @@ TEST(LedgerTest, ALateAnswerClosesARolloutThatWaitsToBeIssuedAgain) {
   EXPECT_EQ(ledger.find({0, 0}), nullptr);
 }
 
+TEST(LedgerTest, AWorkerThatHasLostARolloutIsNotAskedForItsSakeAgain) {
+  Ledger ledger = with_draws(1);
+  ledger.lease(at(0), {{0, 7, at(50)}});
+  ledger.take_back(RolloutKey{0, 0});
+  EXPECT_EQ(ledger.find({0, 0})->last_worker, 7) << "it may have it yet";
+  ledger.lease(at(1), {{0, 7, at(50)}});
+  ledger.take_back_lost(RolloutKey{0, 0});
+  EXPECT_EQ(ledger.find({0, 0})->last_worker, 0);
+  EXPECT_EQ(ledger.ready().size(), 1U);
+  EXPECT_FALSE(ledger.next_deadline().has_value());
+}
+
 TEST(LedgerTest, TheContentNamesEveryPartOfAQuestion) {
   const Question base = question(1, {0, 0});
   EXPECT_EQ(base.content, question(1, {0, 0}).content);

@@ -18,7 +18,8 @@ enum Purpose : std::uint32_t {
   kFaultDice = 2,
   kNeighbourDice = 5,
   kTimeDice = 6,
-  kLimitDice = 7
+  kLimitDice = 7,
+  kDyingDice = 8
 };
 
 /// A tree of two or three layers, most of them left as soon as they may be.
@@ -166,6 +167,14 @@ Scenario scenario_of(std::uint64_t seed) {
   Dice time(seed, kTimeDice);
   if (time.chance(.25)) {
     for (Study& study : scenario.studies) study.stop_after = time.between(Duration{1}, length);
+  }
+  Dice dying(seed, kDyingDice);
+  if (dying.chance(.2)) {
+    scenario.incidents.push_back(
+        {.kind = Incident::Kind::kEvaluatorsDying,
+         .time = TimePoint(dying.between(Duration{}, length)),
+         .length = dying.between(Duration{}, 2 * length),
+         .slot = dying.between(0, static_cast<int>(scenario.workers.size()) - 1)});
   }
   scenario.faults_end = TimePoint(3 * length);
   for (const Incident& incident : scenario.incidents) {

@@ -33,6 +33,7 @@ struct Incident {
     kWorkerStop,        ///< SIGSTOP for `length`
     kPartition,         ///< the worker and the learner do not hear each other for `length`
     kEvaluatorsKilled,  ///< SIGKILL of every evaluator of the worker
+    kEvaluatorsDying,   ///< the same, and of each new one at its start or its work, for `length`
     kLearnerCrash,      ///< at its next effect; back after `length` from its journal
     kLearnerExit,       ///< SIGTERM; once gone it is back after `length`
     kLearnerStop,       ///< SIGSTOP for `length`

@@ -1,5 +1,6 @@
 #include "tests/simulation/simulated_worker.h"
 
+#include <algorithm>
 #include <utility>
 #include <variant>
 
@@ -17,6 +18,8 @@ constexpr std::uint32_t kWorkerDice = 100;
 constexpr int kSigkill = 9;
 constexpr int kSigsegv = 11;
 constexpr int kReceiveBufferBytes = 4 << 20;
+/// Nothing may be held any more once so many have been killed in each evaluator's place.
+constexpr int kKillsOfTrouble = 2;
 
 worker::WorkerSettings settings_of(const Scenario& scenario, Dice& dice, int slot) {
   worker::WorkerSettings settings;
@@ -77,6 +80,12 @@ void SimulatedWorker::kill_evaluators() {
   }
 }
 
+void SimulatedWorker::kill_evaluators_until(TimePoint end) {
+  observer_.count("workers whose evaluators keep dying");
+  killed_until_ = std::max(killed_until_, end);
+  kill_evaluators();
+}
+
 void SimulatedWorker::on_inbox(std::vector<MessagePointer> messages) {
   for (const MessagePointer& message : messages) take(worker::MessageReceived{*message});
   step(worker::InboxDrained{});
@@ -112,8 +121,10 @@ void SimulatedWorker::from_evaluator(int index, Duration delay,
 void SimulatedWorker::die(int index, Duration delay, worker::Death death, int code) {
   from_evaluator(index, delay, [index, death, code](Evaluator& evaluator) {
     const std::int64_t incarnation = evaluator.incarnation;
+    const int num_killed = death == worker::Death::kForeignSignal ? evaluator.num_killed + 1 : 0;
     evaluator = {};
     evaluator.incarnation = incarnation + 1;
+    evaluator.num_killed = num_killed;
     return worker::EvaluatorDied{index, death, code};
   });
 }
@@ -122,16 +133,29 @@ void SimulatedWorker::perform(const worker::SendMessage& effect) {
   protocol::Message message = effect.message;
   if (auto* status = std::get_if<protocol::WorkerStatus>(&message)) {
     status->receive_buffer_bytes = kReceiveBufferBytes;
-    std::size_t num_held = 0;
-    for (const protocol::HeldRollouts& held : status->held) num_held += held.keys.size();
-    const int capacity = settings_.num_evaluators * settings_.held_per_evaluator_max;
-    observer_.require(
-        status->free_slots >= 0 && status->free_slots + static_cast<int>(num_held) <= capacity,
-        "a worker says it has room that it has not");
+    check_room(*status);
   } else if (const auto* batch = std::get_if<protocol::RewardBatch>(&message)) {
     note_answers(*batch);
   }
   surroundings_.send(std::make_shared<const protocol::Message>(std::move(message)));
+}
+
+void SimulatedWorker::check_room(const protocol::WorkerStatus& status) {
+  std::size_t num_held = 0;
+  for (const protocol::HeldRollouts& held : status.held) num_held += held.keys.size();
+  const int capacity = settings_.num_evaluators * settings_.held_per_evaluator_max;
+  observer_.require(
+      status.free_slots >= 0 && status.free_slots + static_cast<int>(num_held) <= capacity,
+      "a worker says it has room that it has not");
+  const bool any_ready = std::any_of(evaluators_.begin(), evaluators_.end(),
+                                     [](const Evaluator& evaluator) { return evaluator.ready; });
+  observer_.require(any_ready || status.free_slots == 0,
+                    "a worker without evaluators says it has room");
+  const bool in_trouble =
+      !any_ready && std::all_of(evaluators_.begin(), evaluators_.end(),
+                                [](const Evaluator& e) { return e.num_killed >= kKillsOfTrouble; });
+  observer_.require(!in_trouble || num_held == 0,
+                    "a worker keeps roll-outs although its evaluators die again and again");
 }
 
 void SimulatedWorker::note_answers(const protocol::RewardBatch& batch) {
@@ -149,6 +173,10 @@ void SimulatedWorker::perform(const worker::StartEvaluator& effect) {
   Evaluator& evaluator = evaluators_[static_cast<std::size_t>(effect.evaluator)];
   observer_.require(!evaluator.up, "an evaluator is started twice");
   evaluator.up = true;
+  if (schedule_.now() < killed_until_ && dice_.chance(.5)) {
+    die(effect.evaluator, dice_.between(Duration{}, kStartTime), worker::Death::kForeignSignal,
+        kSigkill);
+  }
   from_evaluator(effect.evaluator, kStartTime, [index = effect.evaluator](Evaluator& self) {
     self.ready = true;
     return worker::EvaluatorReady{index};
@@ -156,6 +184,7 @@ void SimulatedWorker::perform(const worker::StartEvaluator& effect) {
 }
 
 void SimulatedWorker::perform(const worker::KillEvaluator& effect) {
+  evaluators_[static_cast<std::size_t>(effect.evaluator)].num_killed = -1;  // its own fault
   die(effect.evaluator, kPipeDelay, worker::Death::kForeignSignal, kSigkill);
 }
 
@@ -201,6 +230,10 @@ void SimulatedWorker::perform(const worker::RunRollout& effect) {
   ++observer_.num_simulations;
 
   const Duration duration = dice_.between(scenario_.task.duration_min, scenario_.task.duration_max);
+  if (schedule_.now() < killed_until_) {
+    die(index, dice_.between(Duration{}, duration), worker::Death::kForeignSignal, kSigkill);
+    return;
+  }
   const Fate fate = task_.fate(request.key);
   const bool crashes =
       fate == Fate::kCrashes || (fate == Fate::kFlaky && num_flaky_deaths_[request.key] < 2);
@@ -222,6 +255,7 @@ void SimulatedWorker::perform(const worker::RunRollout& effect) {
                  [index, job = effect.job, duration, status,
                   reward = task_.reward(request.key, request.theta)](Evaluator& self) {
                    self.job = 0;
+                   self.num_killed = 0;
                    return worker::RolloutEvaluated{.evaluator = index,
                                                    .job = job,
                                                    .reward = reward,

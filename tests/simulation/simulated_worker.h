@@ -28,6 +28,8 @@ class SimulatedWorker : public Node {
   void start() { step(worker::Started{}); }
   void drain();
   void kill_evaluators();
+  /// Those that live, and until then each new one, be it at its start or at its first roll-out.
+  void kill_evaluators_until(TimePoint end);
 
  private:
   struct Evaluator {
@@ -38,6 +40,7 @@ class SimulatedWorker : public Node {
     TimePoint since;
     Duration cpu_time_max{};  ///< the job burns no more
     std::set<worker::DefinitionName> known;
+    int num_killed = 0;  ///< predecessors killed by others in a row, since the last result
   };
 
   void on_inbox(std::vector<MessagePointer> messages) override;
@@ -61,6 +64,7 @@ class SimulatedWorker : public Node {
   void perform(const worker::WriteLog&) {}
   void perform(const worker::Exit& effect);
 
+  void check_room(const protocol::WorkerStatus& status);
   void note_answers(const protocol::RewardBatch& batch);
   void begin(Evaluator& evaluator, std::int64_t job);
 
@@ -73,6 +77,7 @@ class SimulatedWorker : public Node {
   VirtualTask task_;
   std::vector<Evaluator> evaluators_;
   std::map<protocol::RolloutKey, int> num_flaky_deaths_;
+  TimePoint killed_until_{};
   bool draining_ = false;
 };
 

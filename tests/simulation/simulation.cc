@@ -181,6 +181,9 @@ void Simulation::strike_worker(const Incident& incident) {
     case Kind::kEvaluatorsKilled:
       if (worker) worker->kill_evaluators();
       return;
+    case Kind::kEvaluatorsDying:
+      if (worker) worker->kill_evaluators_until(end);
+      return;
     case Kind::kPartition:
       observer_.count("partitions");
       return network_.cut(incident.slot, end);

@@ -60,12 +60,12 @@ TEST(WorkerEvaluatorsTest, ForeignSignalsNeverCountAndTheRolloutIsAnsweredInTheE
   Stage stage;
   stage.task_facts.time_limit = 100s;
   stage.define();
-  stage.ask({stage.request(1)});
   for (int i = 0; i < 50; ++i) {
+    stage.ask({stage.request(1, i)});  // as a learner does that has no other worker
     stage.die(0, Death::kForeignSignal, 9);
     stage.pass(5s);
-    stage.step(MessageReceived{protocol::RolloutBatch{kLearner, ++stage.sequence, {}, {}}});
   }
+  stage.ask({stage.request(1, 50)});
   stage.die(0, Death::kFatalSignal, 11);  // nor do they add to a strike
   EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
   stage.finish(0, .5);

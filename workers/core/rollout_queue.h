@@ -30,7 +30,8 @@ struct HeldRollout {
   std::int64_t arrival = 0;
   TimePoint since;
   RolloutState state = RolloutState::kWaiting;
-  int num_strikes = 0;  ///< evaluators it has ended
+  int num_strikes = 0;    ///< evaluators it has ended
+  int num_accidents = 0;  ///< evaluators that ended under it by no fault of its own
 };
 
 /// The roll-outs a worker holds. Ready ones are given out in turn between learners, and first

@@ -60,6 +60,7 @@ void WorkerCore::Turn::log(bool warning, std::string_view kind, std::string text
 
 void WorkerCore::step(TimePoint now, const Event& event, Effects& effects) {
   if (exited_) return;
+  excuse_delay(now);
   const Turn turn{now, effects, log_limiter_};
   std::visit([&](const auto& e) { on(turn, e); }, event);
   if (!exited_) assign_work(turn);
@@ -118,6 +119,7 @@ void WorkerCore::on(const Turn& turn, const InboxDrained&) {
     if (learner.answers_due || window_end > last_sent) send_answers(turn, id, learner);
     hurry_if_full(turn, id, learner);
   }
+  if (status_due_) send_status(turn);
   finish_if_drained(turn);
 }
 
@@ -133,8 +135,7 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
       ask_for_definitions(turn, id, learner);
     }
     if (learner.repeat_at && turn.now >= *learner.repeat_at) {
-      learner.repeat_interval =
-          std::min(2 * learner.repeat_interval, settings_.repeat_interval_max);
+      back_off(id, learner);
       send_answers(turn, id, learner);
     }
   }
@@ -235,6 +236,7 @@ void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) 
     if (!mine(acknowledgement)) continue;
     if (!answers_.acknowledge(batch.learner_id, acknowledgement.result_index)) continue;
     learner->repeat_interval = settings_.repeat_interval_min;
+    learner->num_hasty = 0;
     learner->repeat_at.reset();
     if (answers_.first_index(batch.learner_id) <= answers_.last_index(batch.learner_id)) {
       learner->repeat_at = turn.now + learner->repeat_interval;

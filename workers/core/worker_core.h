@@ -57,6 +57,7 @@ class WorkerCore {
     std::int64_t last_sent_index = 0;
     std::optional<TimePoint> repeat_at;
     Duration repeat_interval{};
+    int num_hasty = 0;    ///< repetitions without backing off since answers were acknowledged
     bool asking = false;  ///< some roll-out may wait for a definition that is not here
     std::optional<TimePoint> ask_at;
     std::set<DefinitionName> asked;  ///< missing ones asked for less than ask_interval ago
@@ -78,7 +79,8 @@ class WorkerCore {
     std::optional<DefinitionName> loading;
     std::set<DefinitionName> known;
     std::int64_t num_evicted_seen = 0;
-    int num_bare_deaths = 0;  ///< in a row, not the fault of a roll-out or definition
+    /// In a row since its last result, not the fault of a roll-out or definition.
+    int num_bare_deaths = 0;
   };
 
   // worker_core.cc: the learners' messages.
@@ -106,11 +108,14 @@ class WorkerCore {
   // worker_core_sending.cc: what goes out.
   void send_reports(const Turn& turn);
   void send_answers(const Turn& turn, protocol::LearnerId id, Learner& learner);
+  bool in_haste(protocol::LearnerId id, const Learner& learner) const;
   void hurry_if_full(const Turn& turn, protocol::LearnerId id, Learner& learner);
+  void back_off(protocol::LearnerId id, Learner& learner) const;
   void ask_for_definitions(const Turn& turn, protocol::LearnerId id, Learner& learner);
   void send_status(const Turn& turn);
   std::size_t num_results_max(std::size_t num_held) const;
   int free_slots() const;
+  bool any_living() const;
 
   // worker_core_evaluators.cc: who computes what.
   void on(const Turn& turn, const EvaluatorReady& event);
@@ -126,9 +131,12 @@ class WorkerCore {
   HeldRollout* rollout_of(const Evaluator& evaluator);
   void strike_definition(const Turn& turn, const DefinitionName& name, bool timed_out);
   void strike_rollout(const Turn& turn, const Evaluator& evaluator, bool charged);
+  void give_up(const RolloutName& name);
+  void give_all_up_in_trouble(const Turn& turn);
   void answer(const Turn& turn, const RolloutName& name, RolloutStatus status, double reward,
               std::int64_t duration_ns);
   void watch_evaluator(const Turn& turn, int index);
+  void excuse_delay(TimePoint now);
   bool any_running() const;
 
   DefinitionCache& cache(DefinitionKind kind);
@@ -146,7 +154,9 @@ class WorkerCore {
   std::map<std::pair<protocol::LearnerId, ContentHash>, protocol::DefinitionReport> reports_;
   std::vector<Evaluator> evaluators_;
   std::int64_t next_job_ = 1;
+  TimePoint last_step_;
   TimePoint heartbeat_at_;
+  bool status_due_ = false;  ///< what learners should know before the next heartbeat has changed
   bool draining_ = false;
   bool exited_ = false;
   std::optional<TimePoint> drain_end_;

@@ -14,6 +14,8 @@ namespace {
 /// messages always fit the socket beside it.
 constexpr int kForgetsPerJobMax = 16;
 constexpr Duration kLookAgainMin = std::chrono::milliseconds(1);
+/// The first death without anything to blame may be an accident.
+constexpr int kBareDeathsOfTrouble = 2;
 
 // CPU time decides what a job may take, for on a loaded machine that is all an honest one cannot
 // help. What sleeps or is stopped burns none: a job that has had less than kBusyShare of one core
@@ -34,20 +36,24 @@ std::string describe(Death death, int code) {
 void WorkerCore::on(const Turn&, const EvaluatorReady& event) {
   Evaluator& evaluator = evaluators_.at(static_cast<std::size_t>(event.evaluator));
   if (evaluator.state != EvaluatorState::kStarting || evaluator.killed) return;
+  const bool is_first = !any_living();
   release(evaluator);
+  if (is_first) status_due_ = true;  // there is room again
 }
 
 void WorkerCore::on(const Turn& turn, const DefinitionLoaded& event) {
   Evaluator& evaluator = evaluators_.at(static_cast<std::size_t>(event.evaluator));
   if (evaluator.state != EvaluatorState::kLoading || evaluator.loading != event.name) return;
   evaluator.loading.reset();
-  evaluator.num_bare_deaths = 0;
   evaluator.timed_out = false;
   if (event.accepted) evaluator.known.insert(event.name);
 
   DefinitionCache& definitions = cache(event.name.kind);
   Definition* definition = definitions.find(event.name.id);
-  if (definition != nullptr && definition->state == DefinitionState::kChecking) {
+  // Who loads it for a roll-out checks nothing, though it may have been evicted and come again
+  // since. What is checked stays until its checker answers or dies.
+  const bool checks = !evaluator.rollout;
+  if (checks && definition != nullptr && definition->state == DefinitionState::kChecking) {
     if (event.accepted) {
       definition->state = DefinitionState::kAccepted;
       definition->text = event.text;
@@ -141,14 +147,29 @@ void WorkerCore::on(const Turn& turn, const EvaluatorDied& event) {
   evaluator = {};
   evaluator.num_bare_deaths = num_bare_deaths;
   if (draining_) return;
-  // The first death may be an accident; who dies again and again is started ever more seldom.
+  give_all_up_in_trouble(turn);
+  // Who dies again and again is started ever more seldom.
   Duration delay{};
-  if (num_bare_deaths > 1) {
-    const int doublings = std::min(num_bare_deaths - 2, 20);
+  if (num_bare_deaths >= kBareDeathsOfTrouble) {
+    const int doublings = std::min(num_bare_deaths - kBareDeathsOfTrouble, 20);
     delay = std::min(settings_.restart_delay_min * (1 << doublings), settings_.restart_delay_max);
   }
   evaluator.look_at = turn.now + delay;
   if (delay == Duration{}) watch_evaluator(turn, event.evaluator);
+}
+
+/// A deadline that was not served when due shows that this process was stopped or kept waiting, and
+/// its evaluators most likely with it (Ctrl-Z, a frozen container). That time counts against none.
+void WorkerCore::excuse_delay(TimePoint now) {
+  const Duration delay = now - std::max(next_deadline(), last_step_);
+  last_step_ = now;
+  if (delay <= Duration{}) return;
+  for (Evaluator& evaluator : evaluators_) {
+    evaluator.busy_at += delay;
+    if (evaluator.state == EvaluatorState::kStarting && evaluator.look_at) {
+      *evaluator.look_at += delay;
+    }
+  }
 }
 
 /// Acts on an evaluator's own deadline.
@@ -279,15 +300,44 @@ void WorkerCore::strike_rollout(const Turn& turn, const Evaluator& evaluator, bo
         true, "roll-outs that end evaluators",
         fmt::format("roll-out {} of run {} has ended {} of at most {} evaluators", name.key.number,
                     name.key.run, held->num_strikes, settings_.num_strikes_max));
+  } else {
+    ++held->num_accidents;
   }
   if (held->num_strikes >= settings_.num_strikes_max) {
     answer(turn, name, evaluator.timed_out ? RolloutStatus::kTimedOut : RolloutStatus::kCrashed, 0,
            (turn.now - evaluator.since).count());
   } else if (draining_) {
     queue_.remove(name);  // the learner has it evaluated elsewhere
+  } else if (held->num_accidents >= settings_.num_accidents_max) {
+    turn.log(true, "roll-outs given up",
+             fmt::format("gives roll-out {} of run {} up: {} evaluators were ended under it",
+                         name.key.number, name.key.run, held->num_accidents));
+    give_up(name);
   } else {
     queue_.set_state(name, RolloutState::kReady);
   }
+}
+
+/// It is no answer, so the learner has it evaluated elsewhere, or here again if there is nobody
+/// else, as soon as a status does not name it any more.
+void WorkerCore::give_up(const RolloutName& name) {
+  queue_.remove(name);
+  status_due_ = true;
+}
+
+/// Where every evaluator dies again and again the host is in trouble, not what it holds.
+void WorkerCore::give_all_up_in_trouble(const Turn& turn) {
+  if (queue_.size() == 0 || any_living()) return;
+  const bool in_trouble = std::all_of(
+      evaluators_.begin(), evaluators_.end(),
+      [](const Evaluator& evaluator) { return evaluator.num_bare_deaths >= kBareDeathsOfTrouble; });
+  if (!in_trouble) return;
+  turn.log(
+      true, "roll-outs given up",
+      fmt::format("gives {} roll-outs up: all its evaluators die again and again", queue_.size()));
+  std::vector<RolloutName> names;
+  for (const auto& [name, held] : queue_.all()) names.push_back(name);
+  for (const RolloutName& name : names) give_up(name);
 }
 
 void WorkerCore::strike_definition(const Turn& turn, const DefinitionName& name, bool timed_out) {
@@ -324,6 +374,13 @@ void WorkerCore::answer(const Turn& turn, const RolloutName& name, RolloutStatus
                               .status = status,
                               .duration_ns = duration_ns});
   queue_.remove(name);
+}
+
+bool WorkerCore::any_living() const {
+  return std::any_of(evaluators_.begin(), evaluators_.end(), [](const Evaluator& evaluator) {
+    return !evaluator.killed && evaluator.state != EvaluatorState::kDown &&
+           evaluator.state != EvaluatorState::kStarting;
+  });
 }
 
 bool WorkerCore::any_running() const {

@@ -16,6 +16,8 @@ constexpr std::size_t kHashBytes = 16;
 /// A batch says all that is held, or the learner would take the rest for lost. However much that
 /// is, so many results go along, or a long queue on a network of small frames would stop them.
 constexpr std::size_t kResultsPerBatchMin = 16;
+/// At 30 % loss each way so many fail in a row less than once in two hundred times.
+constexpr int kHastyRepeatsMax = 8;
 
 }  // namespace
 
@@ -53,11 +55,24 @@ void WorkerCore::send_answers(const Turn& turn, protocol::LearnerId id, Learner&
   turn.effects.emplace_back(SendMessage{std::move(batch)});
 }
 
-/// Answers that find no room in a batch wait for an acknowledgement, so it is asked for without
-/// backing off.
+/// Answers that find no room in a batch wait for an acknowledgement, so it is asked for some times
+/// without backing off; not for ever, since a learner may have died or stall.
+bool WorkerCore::in_haste(protocol::LearnerId id, const Learner& learner) const {
+  return learner.num_hasty < kHastyRepeatsMax && learner.last_sent_index < answers_.last_index(id);
+}
+
 void WorkerCore::hurry_if_full(const Turn& turn, protocol::LearnerId id, Learner& learner) {
-  if (!learner.repeat_at || learner.last_sent_index >= answers_.last_index(id)) return;
+  if (!learner.repeat_at || !in_haste(id, learner)) return;
   learner.repeat_at = std::min(*learner.repeat_at, turn.now + settings_.repeat_interval_min);
+}
+
+void WorkerCore::back_off(protocol::LearnerId id, Learner& learner) const {
+  if (in_haste(id, learner)) {
+    ++learner.num_hasty;
+    learner.repeat_interval = settings_.repeat_interval_min;
+  } else {
+    learner.repeat_interval = std::min(2 * learner.repeat_interval, settings_.repeat_interval_max);
+  }
 }
 
 /// Asks for what waiting roll-outs lack, unless all of it was asked for just now, and lets go of
@@ -128,13 +143,15 @@ void WorkerCore::send_status(const Turn& turn) {
                                 .keys = queue_.keys(id)};
     status.held.push_back(std::move(held));
   }
+  status_due_ = false;
   heartbeat_at_ =
       turn.now + (queue_.size() > 0 ? settings_.busy_heartbeat : settings_.idle_heartbeat);
   turn.effects.emplace_back(SendMessage{std::move(status)});
 }
 
+/// Room is where an evaluator lives: what is taken without one would be kept from other workers.
 int WorkerCore::free_slots() const {
-  if (draining_) return 0;
+  if (draining_ || !any_living()) return 0;
   const int capacity = std::min(settings_.num_evaluators * settings_.held_per_evaluator_max,
                                 protocol::kHeldPerMessageMax);
   return capacity - static_cast<int>(queue_.size());

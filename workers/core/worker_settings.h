@@ -28,6 +28,7 @@ struct WorkerSettings {
   std::size_t num_policies_max = protocol::kPoliciesMax;
   std::size_t definition_bytes_max = protocol::kDefinitionCacheBytesMax;
   int num_strikes_max = 3;  ///< evaluators a roll-out or a definition may end before it is answered
+  int num_accidents_max = 3;  ///< evaluators others may end under a roll-out before it is given up
 
   Duration learner_silence_max = std::chrono::seconds(60);
   Duration busy_heartbeat = std::chrono::milliseconds(100);
