@@ -80,6 +80,21 @@ TEST_F(TroubleTest, EvaluatorsAndWorkersAreKilledAndStopped) {
   EXPECT_GT(learnt.summary["ledger"]["reissued"], 0) << "the kills met no work";
 }
 
+TEST_F(TroubleTest, AHostThatKillsEveryEvaluatorDoesNotHoldTheStudyUp) {
+  const fs::path study = service_.study(sleeping_study(20, 20'000));
+  Network network(3);
+  const auto deadly = worker(network, 1, 2);
+  const auto sound = worker(network, 2, 2);
+  const auto near = learner(network, 0, study, "state");
+  ASSERT_TRUE(says(*near, "has joined", 2));
+  EXPECT_TRUE(eventually(seconds(60), [&] {
+    for (const pid_t evaluator : deadly->children()) ::kill(evaluator, SIGKILL);
+    return fs::exists(state("state") / "runs.csv");
+  })) << near->standard_error();
+  expect_learnt(*near, "state", learnt_alone(study, kAtOnce));
+  EXPECT_TRUE(says(*deadly, "ended by signal 9")) << "nothing was killed";
+}
+
 TEST_F(TroubleTest, ALearnerIsKilledWhilePacketsAreLostAndGoesOn) {
   const fs::path study = service_.study(sleeping_study(100, 500));
   Network network(2);

@@ -42,7 +42,7 @@ bool LearnerStandIn::until(const std::function<bool()>& done, std::chrono::milli
 }
 
 bool LearnerStandIn::meet_worker() {
-  return until([&] { return status.has_value(); });
+  return until([&] { return status && status->free_slots > 0; });
 }
 
 void LearnerStandIn::define(const std::string& task) {

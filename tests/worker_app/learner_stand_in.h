@@ -29,7 +29,7 @@ class LearnerStandIn {
   /// Runs the loop until `done()`, at most `limit`. Returns done().
   bool until(const std::function<bool()>& done,
              std::chrono::milliseconds limit = std::chrono::seconds(20));
-  /// Waits for a worker's first heartbeat.
+  /// Waits until a worker says it has room: what it is asked before, it does not take.
   bool meet_worker();
   void define(const std::string& task);
   void define_policy(const Policy& policy);
