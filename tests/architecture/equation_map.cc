@@ -91,7 +91,7 @@ class MapCheck {
       : files_(files), tests_(all_tests(files)) {}
 
   void check(const Row& row) {
-    row_ = &row;
+    line_ = row.line;
     if (row.cells.size() < 2 || row.cells.size() > 3) {
       fail("a row has an equation, a function and a test, or an equation and a reason");
       return;
@@ -115,7 +115,7 @@ class MapCheck {
 
  private:
   void fail(const std::string& message) {
-    findings_.push_back({std::string(kEquationMapPath), row_ ? row_->line : 1, message});
+    findings_.push_back({std::string(kEquationMapPath), line_, message});
   }
 
   void check_functions(const std::vector<std::string>& words) {
@@ -154,7 +154,7 @@ class MapCheck {
   std::set<std::string> named_;
   const SourceFile* file_ = nullptr;  // named last
   std::string suite_;                 // named last
-  const Row* row_ = nullptr;
+  int line_ = 1;                      // of the row looked at last
   std::vector<Finding> findings_;
 };
 

@@ -92,7 +92,7 @@ TEST(WorkerProcessTest, ReplacesAKilledEvaluatorAndAnswersItsRollout) {
   const auto evaluators = children_of(stage.worker.pid());
   ASSERT_THAT(evaluators, SizeIs(2));
   kill(evaluators[0], SIGKILL);
-  EXPECT_TRUE(stage.learner.until(
+  ASSERT_TRUE(stage.learner.until(
       [&] { return stage.learner.result(0) != nullptr && stage.learner.result(1) != nullptr; }));
   EXPECT_EQ(stage.learner.result(0)->status, RolloutStatus::kOk);
   EXPECT_EQ(stage.learner.result(1)->status, RolloutStatus::kOk);
