@@ -14,21 +14,21 @@
 #include <stdexcept>
 
 #include "common/base/config_error.h"
+#include "common/files/atomic_file.h"
+#include "common/files/whole_file.h"
+#include "common/program/standard_output.h"
 #include "common/transport/bus.h"
 #include "common/transport/loop.h"
-#include "learner/app/journal_fold.h"
 #include "learner/app/local_worker.h"
 #include "learner/app/progress_line.h"
-#include "learner/app/standard_output.h"
-#include "learner/app/state_directory.h"
-#include "learner/app/study_file.h"
-#include "learner/app/task_survey.h"
 #include "learner/core/carry_out.h"
 #include "learner/core/learner_core.h"
 #include "learner/journal/journal_file.h"
-#include "learner/report/atomic_file.h"
-#include "learner/report/summary.h"
-#include "learner/report/whole_file.h"
+#include "learner/journal/journal_fold.h"
+#include "learner/results/state_directory.h"
+#include "learner/results/summary.h"
+#include "learner/study/study_file.h"
+#include "learner/worker_program/task_survey.h"
 
 namespace treeroll {
 namespace {
@@ -249,7 +249,7 @@ int run_learner(const LearnerOptions& options) {
       load_study(resumes ? study_of(options.resume_dir) : options.study_file, options.overrides);
   LearnerSettings settings;
   settings.learner_id = draw_learner_id();
-  settings.known_tasks = survey_tasks(loaded, options);
+  settings.known_tasks = survey_tasks(loaded, options.worker_program, options.needs_worker_program);
   fs::path directory = resumes ? options.resume_dir : options.state_dir;
   if (directory.empty()) directory = fs::path("treeroll-runs") / loaded.study.name;
   if (!resumes) check_state_directory(directory);

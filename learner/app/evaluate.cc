@@ -11,13 +11,13 @@
 
 #include "common/base/config_error.h"
 #include "common/base/rollout_status.h"
-#include "learner/app/policy_file.h"
-#include "learner/app/standard_output.h"
-#include "learner/app/study_file.h"
-#include "learner/app/task_survey.h"
-#include "learner/app/worker_evaluation.h"
-#include "learner/report/atomic_file.h"
-#include "learner/report/csv.h"
+#include "common/files/atomic_file.h"
+#include "common/program/standard_output.h"
+#include "learner/results/csv.h"
+#include "learner/study/policy_file.h"
+#include "learner/study/study_file.h"
+#include "learner/worker_program/task_survey.h"
+#include "learner/worker_program/worker_evaluation.h"
 
 namespace treeroll {
 namespace {

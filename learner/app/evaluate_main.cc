@@ -7,8 +7,8 @@
 
 #include "common/base/config_error.h"
 #include "learner/app/evaluate.h"
-#include "learner/app/process.h"
-#include "learner/app/study_error.h"
+#include "learner/study/study_error.h"
+#include "learner/worker_program/process.h"
 
 namespace treeroll {
 namespace {

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "learner/app/process.h"
+#include "learner/worker_program/process.h"
 
 namespace treeroll {
 namespace {

@@ -11,14 +11,14 @@
 
 #include "common/base/config_error.h"
 #include "common/base/rollout_status.h"
-#include "learner/app/journal_fold.h"
-#include "learner/app/standard_output.h"
-#include "learner/app/state_directory.h"
-#include "learner/app/study_file.h"
-#include "learner/report/atomic_file.h"
-#include "learner/report/csv.h"
-#include "learner/report/summary.h"
-#include "learner/report/whole_file.h"
+#include "common/files/atomic_file.h"
+#include "common/files/whole_file.h"
+#include "common/program/standard_output.h"
+#include "learner/journal/journal_fold.h"
+#include "learner/results/csv.h"
+#include "learner/results/state_directory.h"
+#include "learner/results/summary.h"
+#include "learner/study/study_file.h"
 
 namespace treeroll {
 namespace {

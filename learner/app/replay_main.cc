@@ -6,7 +6,7 @@
 
 #include "common/base/config_error.h"
 #include "learner/app/replay.h"
-#include "learner/app/study_error.h"
+#include "learner/study/study_error.h"
 
 namespace treeroll {
 namespace {

@@ -1,8 +1,8 @@
 #include <nlohmann/json.hpp>
 
 #include "learner/report/report_sections.h"
-#include "learner/report/run_counts.h"
-#include "learner/report/summary.h"
+#include "learner/results/run_counts.h"
+#include "learner/results/summary.h"
 
 namespace treeroll {
 namespace {

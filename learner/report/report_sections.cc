@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <map>
 
-#include "learner/report/run_counts.h"
-#include "learner/report/summary.h"
+#include "learner/results/run_counts.h"
+#include "learner/results/summary.h"
 
 namespace treeroll {
 namespace {

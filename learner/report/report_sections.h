@@ -2,10 +2,10 @@
 
 #include <vector>
 
-#include "learner/report/claim.h"
-#include "learner/report/comparison.h"
 #include "learner/report/document.h"
-#include "learner/report/study_results.h"
+#include "learner/report/statistics/claim.h"
+#include "learner/report/statistics/comparison.h"
+#include "learner/results/study_results.h"
 
 namespace treeroll {
 

@@ -6,6 +6,8 @@ const std::map<std::string, Room>& rooms() {
   static const std::map<std::string, Room> table = {
       {"lcmtypes", {}},
       {"common/base", {.arrows = {}, .is_core = true, .is_portable = true}},
+      {"common/files", {.arrows = {"common/base"}}},
+      {"common/program", {.arrows = {"common/base"}}},
       {"common/policy", {.arrows = {"common/base"}, .is_core = true, .is_portable = true}},
       {"common/protocol", {.arrows = {"common/base"}, .is_core = true}},
       {"common/transport", {.arrows = {"common/protocol", "lcmtypes"}}},
@@ -17,21 +19,31 @@ const std::map<std::string, Room>& rooms() {
       {"learner/explore", {.arrows = {"common/policy"}, .is_core = true, .is_portable = true}},
       {"learner/core",
        {.arrows = {"learner/explore", "learner/fit", "common/protocol"}, .is_core = true}},
-      {"learner/journal", {.arrows = {"learner/core"}}},
-      {"learner/report", {.arrows = {"learner/core"}}},
-      {"learner/figures", {.arrows = {"learner/report"}}},
+      {"learner/journal", {.arrows = {"learner/core", "common/files"}}},
+      {"learner/study", {.arrows = {"learner/core", "common/files"}}},
+      {"learner/results", {.arrows = {"learner/core", "common/files"}}},
+      {"learner/worker_program", {.arrows = {"learner/study"}}},
+      {"learner/report/statistics", {.arrows = {"learner/results"}}},
+      {"learner/report/figures",
+       {.arrows = {"learner/report/statistics", "learner/worker_program"}}},
+      {"learner/report",
+       {.arrows = {"learner/report/figures", "learner/journal", "common/program"}}},
       {"learner/app",
-       {.arrows = {"learner/core", "learner/journal", "learner/figures", "common/transport"}}},
+       {.arrows = {"learner/results", "learner/journal", "learner/worker_program",
+                   "common/transport", "common/program"}}},
       {"deploy/own_task", {.arrows = {"workers/app"}, .is_portable = true}},
   };
   return table;
 }
 
 std::string room_of(std::string_view path) {
+  // A room within a room is the longer name.
+  std::string found;
   for (const auto& [folder, room] : rooms()) {
-    if (path.starts_with(folder) && path.substr(folder.size()).starts_with('/')) return folder;
+    const bool is_inside = path.starts_with(folder) && path.substr(folder.size()).starts_with('/');
+    if (is_inside && folder.size() > found.size()) found = folder;
   }
-  return "";
+  return found;
 }
 
 std::set<std::string> reachable(const std::string& room) {

@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "learner/journal/journal_file.h"
-#include "learner/report/csv.h"
+#include "learner/results/csv.h"
 #include "tests/end_to_end/service.h"
 #include "tests/thesis/run_study.h"
 

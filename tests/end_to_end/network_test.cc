@@ -5,7 +5,7 @@
 #include <csignal>
 #include <regex>
 
-#include "learner/report/csv.h"
+#include "learner/results/csv.h"
 #include "tests/thesis/run_study.h"
 
 namespace treeroll::end_to_end {

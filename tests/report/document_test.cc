@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "learner/report/report_sections.h"
-#include "tests/report/records.h"
+#include "tests/results/records.h"
 
 #include <nlohmann/json.hpp>
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "learner/app/claims_file.h"
-#include "learner/report/claim.h"
+#include "learner/report/claims_file.h"
+#include "learner/report/statistics/claim.h"
 #include "tests/thesis/run_study.h"
 
 /// The claims of deploy/thesis_claims.toml that hold, each by its own test at the level of 5 %, on

@@ -7,8 +7,8 @@
 
 #include "common/base/check.h"
 #include "common/base/random_stream.h"
-#include "learner/app/study_file.h"
 #include "learner/core/run.h"
+#include "learner/study/study_file.h"
 #include "workers/tasks/task.h"
 
 namespace treeroll {

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "learner/app/study_file.h"
 #include "learner/fit/demonstration.h"
 #include "learner/fit/fit_tree.h"
+#include "learner/study/study_file.h"
 
 /// Sections 4-1-1, 4-2-1, 4-3-1 and A-4-3: tasks and starts of the shipped studies, number by
 /// number. Their exploration, tables 4-1 to 4-3 and A-1, is held by shipped_studies_test; noise

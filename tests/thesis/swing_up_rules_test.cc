@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "learner/report/run_counts.h"
+#include "learner/results/run_counts.h"
 #include "tests/thesis/run_study.h"
 
 /// How far the update rules come on the swing-up, equations of motion, tuned settings, 100 seeds:

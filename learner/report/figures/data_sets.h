@@ -1,0 +1,57 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/policy/gmm.h"
+#include "learner/report/figures/plot.h"
+
+namespace treeroll {
+
+/// The data of a plot, set after set as gnuplot counts them.
+class DataSets {
+ public:
+  void begin(const std::string& what) { text_ += "# " + what + "\n"; }
+  void add(double x, double y);
+  /// A line ends; the set goes on.
+  void interrupt() { text_ += "\n"; }
+  /// @return the index of the set that ends here
+  int end();
+  std::string take() { return std::move(text_); }
+
+ private:
+  std::string text_;
+  int count_ = 0;
+};
+
+/// How far from its mean a Gaussian is drawn, in standard deviations.
+inline constexpr double kEllipseDeviations = 2;
+
+/// What is drawn over what: two variables of a mixture.
+struct Plane {
+  Eigen::Index across = 0;
+  Eigen::Index up = 1;
+};
+
+struct Range {
+  double low = 0;
+  double high = 0;
+};
+
+/// Each component's ellipse of two standard deviations in the plane, an empty line between them.
+int add_ellipses(const Gmm& gmm, Plane plane, DataSets& data);
+
+/// The inputs that the Gaussians cover. Precondition: one input.
+Range inputs_of(const Gmm& gmm);
+
+/// The regression's curve in the plane, over a range of the input. Precondition: one input.
+int add_regression(const Gmm& gmm, Plane plane, Range inputs, DataSets& data);
+
+/// A line through points. Precondition: `across` is as long as `up`.
+int add_curve(const std::string& what, const std::vector<double>& across,
+              const std::vector<double>& up, DataSets& data);
+
+/// `set xlabel X; set ylabel Y`, as a line.
+std::string axis_labels(const std::string& across, const std::string& up);
+
+}  // namespace treeroll

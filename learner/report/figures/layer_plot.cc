@@ -1,0 +1,105 @@
+#include "learner/report/figures/layer_plot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "learner/report/figures/data_sets.h"
+#include "learner/report/figures/shown_trace.h"
+
+namespace treeroll {
+namespace {
+
+/// More samples than these a panel does not show.
+constexpr Eigen::Index kSamplesMax = 500;
+
+struct Panel {
+  const StartModel* start = nullptr;
+  int layer = 1;
+  Eigen::Index output = 1;  ///< from 1: its place after the input
+};
+
+std::string axis(const StartModel& start, Eigen::Index variable) {
+  if (start.columns.size() == static_cast<std::size_t>(start.tree.dim())) {
+    return axis_title(start.columns[static_cast<std::size_t>(variable)]);
+  }
+  return variable == 0 ? "input" : fmt::format("output {}", variable);
+}
+
+std::string title(const Panel& panel) {
+  const std::vector<std::string>& names = panel.start->conditions;
+  std::string title = names.front();
+  if (names.size() > 1) title += fmt::format(" and {} more", names.size() - 1);
+  if (panel.start->tree.num_layers() > 1) title += fmt::format(", layer {}", panel.layer);
+  if (panel.start->tree.dim() > 2) title += fmt::format(", output {}", panel.output);
+  return title;
+}
+
+std::string add_samples(const Eigen::MatrixXd& samples, Plane plane, DataSets& data) {
+  data.begin("across up: demonstration");
+  const Eigen::Index num_shown = std::min(samples.cols(), kSamplesMax);
+  for (Eigen::Index i = 0; i < num_shown; ++i) {
+    const Eigen::Index sample = i * samples.cols() / num_shown;
+    data.add(samples(plane.across, sample), samples(plane.up, sample));
+  }
+  return fmt::format("data index {} using 1:2 with points pt 7 ps .4 lc rgb '#999999' notitle, ",
+                     data.end());
+}
+
+std::string commands(const Panel& panel, DataSets& data) {
+  const StartModel& start = *panel.start;
+  const Plane plane{.across = 0, .up = panel.output};
+  const Gmm gmm = start.tree.layer(panel.layer);
+  const Range inputs = inputs_of(start.tree.finest());
+  std::string lines = start.demonstration ? add_samples(*start.demonstration, plane, data) : "";
+  lines += fmt::format("data index {} using 1:2 with lines lt 2 lw 1 notitle, ",
+                       add_ellipses(gmm, plane, data));
+  lines += fmt::format("data index {} using 1:2 with lines lt 1 notitle",
+                       add_regression(gmm, plane, inputs, data));
+  const auto layer = static_cast<std::size_t>(panel.layer - 1);
+  std::string heading = literal(title(panel));
+  if (layer < start.log_likelihoods.size()) {
+    heading += fmt::format(".\"\\n\".'log-likelihood {:.4f}'", start.log_likelihoods[layer]);
+  }
+  return fmt::format(
+      "  set title {}\n{}  unset key\n  set xrange [{}:{}]; set yrange [*:*]\n"
+      "  plot {}\n",
+      heading, axis_labels(axis(start, 0), axis(start, panel.output)), inputs.low, inputs.high,
+      lines);
+}
+
+}  // namespace
+
+std::vector<Plot> layer_plots(const std::string& study, const std::vector<StartModel>& starts) {
+  std::vector<Panel> panels;
+  bool has_samples = false;
+  for (const StartModel& start : starts) {
+    if (start.tree.input_dim() != 1) continue;
+    has_samples = has_samples || start.demonstration;
+    for (Eigen::Index output = 1; output < start.tree.dim(); ++output) {
+      for (int layer = 1; layer <= start.tree.num_layers(); ++layer) {
+        panels.push_back({.start = &start, .layer = layer, .output = output});
+      }
+    }
+  }
+  const auto pages = pages_of(panels, kPanelsPerPage);
+  std::vector<Plot> plots;
+  for (std::size_t page = 0; page < pages.size(); ++page) {
+    Plot plot{.title = "What learning began with in " + study + ", layer by layer"};
+    name_page("layers", page, pages.size(), plot);
+    PanelGrid grid{.commands = {}, .labels = {"regression", "Gaussians"}, .panel_height_px = 340};
+    DataSets data;
+    for (const Panel& panel : pages[page]) grid.commands.push_back(commands(panel, data));
+    plot.data = data.take();
+    arrange(grid, plot);
+    plot.caption = fmt::format(
+        "The start policies of the conditions: output over input that each layer regresses to, and "
+        "its Gaussians (ellipses of two standard deviations).{}",
+        has_samples ? " Points are the demonstration; log-likelihoods are means over its samples."
+                    : "");
+    plots.push_back(std::move(plot));
+  }
+  return plots;
+}
+
+}  // namespace treeroll

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/policy/tree_model.h"
+#include "learner/report/figures/plot.h"
+
+namespace treeroll {
+
+/// A policy that learning begins with.
+struct StartModel {
+  std::vector<std::string> conditions;  ///< that begin with it
+  TreeModel tree;
+  /// What it was fitted to: d x N, columns are observations; null for one that was given.
+  std::shared_ptr<const Eigen::MatrixXd> demonstration;
+  std::vector<double> log_likelihoods = {};  ///< per sample, by layer; empty without a fit
+  std::vector<std::string> columns = {};     ///< names of inputs and outputs; empty: unknown
+};
+
+/// Start policies layer by layer, as figures 3-1 and 4-17 of the thesis draw them: the
+/// demonstration's samples, the Gaussians of the layer as ellipses of two standard deviations, its
+/// regression; a panel a layer and output, at most twelve on a page. Policies of several inputs are
+/// left out.
+std::vector<Plot> layer_plots(const std::string& study, const std::vector<StartModel>& starts);
+
+}  // namespace treeroll

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+
+#include "learner/report/document.h"
+#include "learner/report/figures/plot.h"
+
+namespace treeroll {
+
+/// Draws a plot with gnuplot: ID.dat, ID.gp, ID.svg and ID.png in `folder`, which must exist. The
+/// same plot gives the same bytes. Throws std::runtime_error if gnuplot is missing (it names the
+/// package) or complains.
+/// @param place  where `folder` lies from the document's own folder
+Picture draw(const Plot& plot, const std::filesystem::path& folder, const std::string& place);
+
+}  // namespace treeroll

@@ -1,0 +1,155 @@
+#include "learner/report/learnt_policies.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "common/base/config_error.h"
+#include "learner/report/figures/study_plots.h"
+#include "learner/report/statistics/sample.h"
+#include "learner/worker_program/task_survey.h"
+#include "learner/worker_program/worker_evaluation.h"
+
+namespace treeroll {
+namespace {
+
+/// A picture shows no more of a trace.
+constexpr std::size_t kRowsMax = 400;
+
+std::string start_text(const Condition& condition) {
+  return to_json(Policy{condition.start, 1, condition.layout});
+}
+
+/// Roll-outs of one worker executable, each made once.
+class RolloutMaker {
+ public:
+  explicit RolloutMaker(std::filesystem::path program) : program_(std::move(program)) {}
+
+  /// Nothing for what cannot be made: its cause has gone to standard error, once a task.
+  std::optional<ShownRollout> make(const std::string& task_content, const std::string& policy) {
+    const auto key = std::pair(task_content, policy);
+    if (const auto known = made_.find(key); known != made_.end()) return known->second;
+    return made_[key] = ask(task_content, policy);
+  }
+  bool all_deterministic() const { return all_deterministic_; }
+
+ private:
+  std::optional<ShownRollout> ask(const std::string& task_content, const std::string& policy) {
+    try {
+      auto task = tasks_.find(task_content);
+      if (task == tasks_.end()) {
+        tasks_[task_content] = std::nullopt;  // if it cannot be described, it is asked about once
+        task = tasks_.insert_or_assign(task_content, describe_task(task_content, program_)).first;
+        all_deterministic_ = all_deterministic_ && task->second->deterministic;
+      }
+      if (!task->second) return std::nullopt;
+      PolicyEvaluation said = evaluate_with(
+          program_, *task->second,
+          {.task_content = task_content, .policy_text = policy, .seed = 0, .trace = true});
+      return ShownRollout{.reward = said.reward,
+                          .status = std::move(said.status),
+                          .trace = thinned(said.trace, kRowsMax)};
+    } catch (const ConfigError& error) {
+      fmt::print(stderr, "a roll-out cannot be shown: {}\n", error.what());
+    } catch (const std::runtime_error& error) {
+      fmt::print(stderr, "a roll-out cannot be shown: {}\n", error.what());
+    }
+    return std::nullopt;
+  }
+
+  std::filesystem::path program_;
+  std::map<std::string, std::optional<TaskFacts>> tasks_;
+  std::map<std::pair<std::string, std::string>, std::optional<ShownRollout>> made_;
+  bool all_deterministic_ = true;
+};
+
+}  // namespace
+
+std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const StudyResults& results) {
+  std::vector<LearntPolicy> policies;
+  for (const Condition& condition : loaded.study.conditions) {
+    LearntPolicy policy{.condition = condition.name, .start = condition.start};
+    const RunRecord* best = nullptr;
+    for (const RunRecord* run : runs_of(results, condition.name)) {
+      if (run->best_policy.empty() || (best && run->best_reward <= best->best_reward)) continue;
+      best = run;
+    }
+    if (best) {
+      Result<Policy> read = policy_from_json(best->best_policy);
+      if (!read) {
+        throw std::runtime_error(fmt::format("{}: policy of {}, repetition {}: {}",
+                                             results.directory.string(), best->condition,
+                                             best->repetition, read.error().message));
+      }
+      policy.best = *std::move(read);
+    }
+    policies.push_back(std::move(policy));
+  }
+  return policies;
+}
+
+std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
+                                       const std::filesystem::path& worker_program,
+                                       std::vector<LearntPolicy>& policies) {
+  if (access(worker_program.c_str(), X_OK) != 0 || std::filesystem::is_directory(worker_program)) {
+    fmt::print(stderr, "{}: no worker executable: goals and motion of {} are not drawn\n",
+               worker_program.string(), loaded.study.name);
+    return {"Goals and motion are not drawn: there was no worker executable to ask."};
+  }
+  RolloutMaker maker(worker_program);
+  std::vector<std::string> lacking;
+  for (std::size_t i = 0; i < policies.size(); ++i) {
+    const Condition& condition = loaded.study.conditions[i];
+    LearntPolicy& policy = policies[i];
+    policy.start_rollout = maker.make(condition.task_content, start_text(condition));
+    if (policy.best)
+      policy.best_rollout = maker.make(condition.task_content, to_json(*policy.best));
+    if (!policy.start_rollout || (policy.best && !policy.best_rollout)) {
+      lacking.push_back(policy.condition);
+    }
+  }
+  std::vector<std::string> remarks;
+  if (!lacking.empty()) {
+    remarks.push_back(
+        "Goals and motion are not drawn where the worker executable could not make the "
+        "roll-outs: " +
+        listed(lacking) + ".");
+  }
+  if (!maker.all_deterministic()) {
+    remarks.emplace_back("Tasks that are not deterministic are shown with seed 0.");
+  }
+  return remarks;
+}
+
+std::vector<StartModel> start_models(const LoadedStudy& loaded,
+                                     const std::vector<LearntPolicy>& policies) {
+  std::vector<StartModel> models;
+  std::map<std::string, std::size_t> known;  // by the text of the tree, whatever is explored of it
+  for (std::size_t i = 0; i < policies.size(); ++i) {
+    const auto [place, is_new] =
+        known.emplace(to_json(Policy{policies[i].start, 1, ThetaLayout::kMeans}), models.size());
+    if (!is_new) {
+      models[place->second].conditions.push_back(policies[i].condition);
+      continue;
+    }
+    StartModel model{.conditions = {policies[i].condition},
+                     .tree = policies[i].start,
+                     .demonstration = loaded.demonstrations[i],
+                     .log_likelihoods = loaded.log_likelihoods[i]};
+    if (policies[i].start_rollout) {
+      const RolloutTrace& trace = policies[i].start_rollout->trace;
+      model.columns = trace.policy_inputs;
+      model.columns.insert(model.columns.end(), trace.policy_outputs.begin(),
+                           trace.policy_outputs.end());
+    }
+    models.push_back(std::move(model));
+  }
+  return models;
+}
+
+}  // namespace treeroll

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "learner/report/figures/layer_plot.h"
+#include "learner/report/figures/policy_plot.h"
+#include "learner/results/study_results.h"
+#include "learner/study/study_file.h"
+
+namespace treeroll {
+
+/// What the conditions of a study began with and their best policies, by the rewards of all
+/// repetitions. Throws std::runtime_error for a policy file that cannot be read.
+std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const StudyResults& results);
+
+/// Has a worker executable make the roll-outs of these policies, with seed 0.
+/// @return  in sentences what could not be made, or what is to be known of it; the cause of a
+///          failure goes to standard error
+std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
+                                       const std::filesystem::path& worker_program,
+                                       std::vector<LearntPolicy>& policies);
+
+/// The start policies, each once, with the conditions that share it. The names of its variables are
+/// those of its roll-out.
+std::vector<StartModel> start_models(const LoadedStudy& loaded,
+                                     const std::vector<LearntPolicy>& policies);
+
+}  // namespace treeroll

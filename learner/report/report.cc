@@ -1,0 +1,183 @@
+#include "learner/report/report.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <map>
+
+#include "common/base/config_error.h"
+#include "common/files/atomic_file.h"
+#include "common/program/standard_output.h"
+#include "learner/report/claims_file.h"
+#include "learner/report/report_figures.h"
+#include "learner/report/report_sections.h"
+#include "learner/study/study_error.h"
+#include "learner/study/study_file.h"
+
+namespace treeroll {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Roll-outs that are drawn again for the growth of noise, of all studies: some seconds.
+constexpr std::int64_t kNoiseRolloutsMax = 400'000;
+
+/// What is asked for must be there before anything is read or drawn.
+void check(const ReportOptions& options) {
+  for (const fs::path& directory : options.directories) {
+    for (const char* file : {"study.toml", "runs.csv", "rollouts.csv"}) {
+      if (fs::is_regular_file(directory / file)) continue;
+      throw ConfigError("DIR", directory.string(),
+                        fmt::format("must be the state directory of a study: it has no {}", file));
+    }
+  }
+  if (options.needs_worker_program && (access(options.worker_program.c_str(), X_OK) != 0 ||
+                                       fs::is_directory(options.worker_program))) {
+    throw ConfigError("--worker-program", options.worker_program.string(),
+                      "must be a program that can be executed");
+  }
+}
+
+/// Two studies of one name, of two seeds say, are told apart by their place on the command line.
+std::vector<StudyResults> read_studies(const std::vector<fs::path>& directories) {
+  std::vector<StudyResults> studies;
+  std::map<std::string, int> counts;
+  for (const fs::path& directory : directories) {
+    StudyResults study = read_study_results(directory);
+    if (const int count = ++counts[study.name]; count > 1) {
+      study.name += fmt::format(" ({})", count);
+    }
+    studies.push_back(std::move(study));
+  }
+  return studies;
+}
+
+/// Under what the conditions began with, refitted: no table holds it. Only where a claim asks.
+void add_log_likelihoods(const std::vector<Claim>& claims, std::vector<StudyResults>& studies) {
+  for (StudyResults& results : studies) {
+    const bool is_asked = std::any_of(claims.begin(), claims.end(), [&](const Claim& claim) {
+      return needs_log_likelihoods(claim, results.name);
+    });
+    if (!is_asked) continue;
+    try {
+      const LoadedStudy loaded = load_study(results.directory / "study.toml", {});
+      for (std::size_t i = 0; i < loaded.study.conditions.size(); ++i) {
+        const std::vector<double>& by_layer = loaded.log_likelihoods[i];
+        if (by_layer.empty()) continue;
+        results.log_likelihoods[loaded.study.conditions[i].name] = by_layer.back();
+      }
+    } catch (const StudyError& error) {
+      // A demonstration that has been moved away: the claim is not measured, the others stand.
+      fmt::print(stderr, "fits of {} are not judged: {}\n", results.name, error.what());
+    }
+  }
+}
+
+struct Chosen {
+  const StudyResults* study;
+  std::string condition;
+};
+
+/// CONDITION or STUDY:CONDITION of the command line.
+Chosen choose(const std::vector<StudyResults>& studies, const std::string& argument) {
+  std::vector<Chosen> found;
+  for (const StudyResults& study : studies) {
+    for (const std::string& condition : conditions_of(study)) {
+      if (argument == condition || argument == study.name + ":" + condition) {
+        found.push_back({&study, condition});
+      }
+    }
+  }
+  if (found.size() == 1) return found.front();
+  throw ConfigError("--compare", argument,
+                    found.empty() ? "no study given has this condition"
+                                  : "several studies have this condition: write STUDY:CONDITION");
+}
+
+std::vector<Comparison> comparisons(const ReportOptions& options,
+                                    const std::vector<StudyResults>& studies) {
+  if (!options.compare.empty()) {
+    const Chosen a = choose(studies, options.compare.at(0));
+    const Chosen b = choose(studies, options.compare.at(1));
+    return {compare(a.study->name + ":" + a.condition, runs_of(*a.study, a.condition),
+                    b.study->name + ":" + b.condition, runs_of(*b.study, b.condition),
+                    a.study == b.study)};
+  }
+  if (!options.claims_file.empty()) return {};
+  if (studies.size() == 2) return comparisons_between(studies[0], studies[1]);
+  std::vector<Comparison> all;
+  for (const StudyResults& study : studies) {
+    for (Comparison& comparison : comparisons_within(study)) {
+      if (studies.size() > 1) {
+        comparison.a = study.name + ":" + comparison.a;
+        comparison.b = study.name + ":" + comparison.b;
+      }
+      all.push_back(std::move(comparison));
+    }
+  }
+  return all;
+}
+
+void print_claims(const std::vector<Claim>& claims, const std::vector<ClaimResult>& results) {
+  std::map<Verdict, int> counts;
+  for (std::size_t i = 0; i < claims.size(); ++i) {
+    ++counts[results[i].verdict];
+    fmt::print("{:<14} {:<6} {}\n", name(results[i].verdict), claims[i].section, claims[i].text);
+  }
+  fmt::print("{} claims: {} hold, {} do not, {} inconclusive, {} not measured\n", claims.size(),
+             counts[Verdict::kHolds], counts[Verdict::kFails], counts[Verdict::kInconclusive],
+             counts[Verdict::kNotMeasured]);
+}
+
+void print_comparisons(const std::vector<Comparison>& comparisons) {
+  for (const Comparison& comparison : comparisons) {
+    if (!comparison.end) continue;
+    const TestResult& end = *comparison.end;
+    fmt::print("{} - {}: {:+.3f} [{:.3f}, {:.3f}] near the end, p {:.2g}\n", comparison.a,
+               comparison.b, end.difference, end.interval_95.low, end.interval_95.high, end.p);
+  }
+}
+
+}  // namespace
+
+void write_report(const ReportOptions& options) {
+  check(options);
+  const std::vector<Claim> claims =
+      options.claims_file.empty() ? std::vector<Claim>{} : read_claims(options.claims_file);
+  std::vector<StudyResults> studies = read_studies(options.directories);
+  add_log_likelihoods(claims, studies);
+  std::vector<ClaimResult> results;
+  for (const Claim& claim : claims) results.push_back(judge(claim, studies));
+  const std::vector<Comparison> compared = comparisons(options, studies);
+
+  Document document{.title = "Report", .sections = {}};
+  std::vector<StudyPictures> figures;
+  for (const StudyResults& study : studies) {
+    figures.push_back(draw_study(study, options.output, options.worker_program,
+                                 kNoiseRolloutsMax / static_cast<std::int64_t>(studies.size())));
+  }
+  if (!claims.empty()) {
+    std::vector<Picture> all;
+    for (const StudyPictures& of_study : figures) {
+      all.insert(all.end(), of_study.pictures.begin(), of_study.pictures.end());
+    }
+    document.sections.push_back(claims_section(claims, results, all));
+  }
+  if (!compared.empty()) document.sections.push_back(comparison_section("Comparisons", compared));
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    document.sections.push_back(study_section(studies[i], figures[i].pictures, figures[i].remarks));
+  }
+
+  write_atomically(options.output / "report.html", to_html(document));
+  write_atomically(options.output / "report.md", to_markdown(document));
+  write_atomically(options.output / "report.json", report_json(claims, results, studies, compared));
+  if (!claims.empty()) print_claims(claims, results);
+  print_comparisons(compared);
+  fmt::print("{}\n", (options.output / "report.html").string());
+  flush_standard_output();
+}
+
+}  // namespace treeroll

@@ -1,0 +1,60 @@
+#include "learner/report/statistics/comparison.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "learner/results/run_counts.h"
+
+namespace treeroll {
+namespace {
+
+Sample end_rewards(const std::string& label, const std::vector<const RunRecord*>& runs) {
+  Sample sample{.label = label, .values = {}};
+  for (const RunRecord* run : runs) sample.values.push_back(measure(*run, {}));
+  return sample;
+}
+
+std::vector<double> rewards_at(const std::vector<const RunRecord*>& runs, std::size_t number) {
+  std::vector<double> rewards;
+  for (const RunRecord* run : runs) {
+    if (number >= run->rollouts.size() || !is_applied(run->rollouts[number])) continue;
+    rewards.push_back(run->rollouts[number].reward);
+  }
+  return rewards;
+}
+
+std::size_t longest(const std::vector<const RunRecord*>& runs) {
+  std::size_t length = 0;
+  for (const RunRecord* run : runs) length = std::max(length, run->rollouts.size());
+  return length;
+}
+
+}  // namespace
+
+Comparison compare(const std::string& label_a, const std::vector<const RunRecord*>& a,
+                   const std::string& label_b, const std::vector<const RunRecord*>& b,
+                   bool share_draws) {
+  const Sample end_a = end_rewards(label_a, a);
+  const Sample end_b = end_rewards(label_b, b);
+  Comparison comparison;
+  comparison.a = label_a;
+  comparison.b = label_b;
+  comparison.num_a = static_cast<int>(end_a.present().size());
+  comparison.num_b = static_cast<int>(end_b.present().size());
+  comparison.mean_a = mean(end_a.present());
+  comparison.mean_b = mean(end_b.present());
+  comparison.end = welch_greater(end_a.present(), end_b.present());
+  if (share_draws) {
+    const auto [first, second] = pairs(end_a, end_b);
+    comparison.paired = paired_greater(first, second);
+  }
+  comparison.g = hedges_g(end_a.present(), end_b.present());
+  for (std::size_t i = 0; i < std::min(longest(a), longest(b)); ++i) {
+    const auto test = welch_greater(rewards_at(a, i), rewards_at(b, i));
+    comparison.p.push_back(test ? test->p : 1);
+  }
+  comparison.p_holm = holm(comparison.p);
+  return comparison;
+}
+
+}  // namespace treeroll

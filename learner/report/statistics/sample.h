@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/base/result.h"
+#include "learner/report/statistics/measure.h"
+#include "learner/results/study_results.h"
+
+namespace treeroll {
+
+/// A measure of every repetition of a condition.
+struct Sample {
+  std::string label;                          ///< the condition
+  std::vector<std::optional<double>> values;  ///< by repetition; nothing where a run lacks it
+
+  /// Those that are there.
+  std::vector<double> present() const;
+};
+
+/// The runs of one condition, by repetition; empty if there is none of this name.
+std::vector<const RunRecord*> runs_of(const StudyResults& study, std::string_view condition);
+
+/// Its conditions in the study's order.
+std::vector<std::string> conditions_of(const StudyResults& study);
+
+struct ConditionName {
+  std::string study;
+  std::string condition;
+};
+/// @param condition  CONDITION of `study`, or STUDY:CONDITION
+ConditionName parse_condition(const std::string& study, const std::string& condition);
+
+/// @param condition  CONDITION of `study`, or STUDY:CONDITION
+/// @param measure    kLogLikelihood is the same for every repetition: the start is
+/// @return           an error that says which study or condition is not there
+Result<Sample> find_sample(const std::vector<StudyResults>& studies, const std::string& study,
+                           const std::string& condition, const Measure& measure);
+
+/// The values of those repetitions that both have.
+std::pair<std::vector<double>, std::vector<double>> pairs(const Sample& a, const Sample& b);
+
+}  // namespace treeroll

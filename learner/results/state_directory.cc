@@ -1,0 +1,66 @@
+#include "learner/results/state_directory.h"
+
+#include <fmt/format.h>
+
+#include "common/base/config_error.h"
+#include "common/files/atomic_file.h"
+#include "learner/results/csv.h"
+
+namespace treeroll {
+
+namespace fs = std::filesystem;
+
+fs::path study_of(const fs::path& directory) { return directory / "study.toml"; }
+fs::path journal_of(const fs::path& directory) { return directory / "journal.lcmlog"; }
+
+void check_state_directory(const fs::path& directory) {
+  const auto refuse = [&directory](const std::string& rule) {
+    throw ConfigError("--state-dir", directory.string(), rule);
+  };
+  std::error_code error;
+  const fs::file_status status = fs::status(directory, error);
+  if (status.type() == fs::file_type::not_found) return;
+  if (error) refuse(error.message());
+  if (!fs::is_directory(status)) refuse("must be a directory");
+  for (const fs::path& entry : fs::directory_iterator(directory, error)) {
+    // An empty journal is what a learner leaves that has only come as far as locking it.
+    std::error_code not_a_file;
+    if (entry == journal_of(directory) && fs::file_size(entry, not_a_file) == 0) continue;
+    refuse("must be new or empty; it may hold what an earlier study has yielded");
+  }
+  if (error) refuse(error.message());
+}
+
+void check_resumable(const fs::path& directory) {
+  for (const fs::path& file : {study_of(directory), journal_of(directory)}) {
+    std::error_code error;
+    if (fs::is_regular_file(file, error)) continue;
+    throw ConfigError("--resume", directory.string(),
+                      fmt::format("must be the state directory of a study; it has no {}",
+                                  file.filename().string()));
+  }
+}
+
+std::string write_results(const fs::path& directory, const std::vector<RunRecord>& runs) {
+  std::string failures;
+  const auto attempt = [&failures](const auto& write) {
+    try {
+      write();
+    } catch (const std::exception& error) {
+      failures += (failures.empty() ? "" : "; ") + std::string(error.what());
+    }
+  };
+  attempt([&] { write_runs_csv(directory / "runs.csv", runs); });
+  attempt([&] {
+    fs::create_directories(directory / "policies");
+    for (const RunRecord& run : runs) {
+      if (run.best_policy.empty()) continue;
+      const std::string name = fmt::format("{}-{}.json", run.condition, run.repetition);
+      write_atomically(directory / "policies" / name, run.best_policy);
+    }
+  });
+  attempt([&] { write_rollouts_csv(directory / "rollouts.csv", runs); });
+  return failures;
+}
+
+}  // namespace treeroll

@@ -1,0 +1,325 @@
+#include "learner/study/study_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "common/base/settings_reader.h"
+#include "common/policy/policy.h"
+#include "common/protocol/limits.h"
+#include "learner/explore/exploration_settings.h"
+#include "learner/fit/start_policy.h"
+#include "learner/study/demonstration_file.h"
+#include "learner/study/message_sizes.h"
+#include "learner/study/policy_file.h"
+#include "learner/study/study_document.h"
+#include "learner/study/toml_source.h"
+
+namespace treeroll {
+namespace {
+
+using nlohmann::json;
+
+using protocol::kInFlightMax;
+using protocol::kInFlightTotalMax;
+using protocol::kRolloutsMax;
+using protocol::kRolloutsTotalMax;
+using protocol::kRunsMax;
+
+constexpr std::size_t kStudyNameBytesMax = 64;
+/// Three years: far from where nanoseconds overflow.
+constexpr double kStopAfterMaxS = 1e8;
+
+constexpr const char* kResolvedComment =
+    "# Every setting of the study, defaults included: this file can be run again.\n";
+/// More than the comment and [study] take.
+constexpr std::size_t kResolvedHeadBytesMax = 1024;
+
+constexpr const char* kGivenPolicy = "given";
+constexpr const char* kCommandLineOrigin = "--set";
+
+/// A start policy with its settings, defaults included.
+struct ResolvedPolicy {
+  StartPolicy start;
+  json settings;
+};
+
+/// Conditions often share a policy, and fitting one takes time.
+class PolicyCache {
+ public:
+  const ResolvedPolicy& get(const json& settings) {
+    const std::string key = settings.dump();
+    const auto found = policies_.find(key);
+    if (found != policies_.end()) return found->second;
+    return policies_.emplace(key, read(settings)).first->second;
+  }
+
+ private:
+  /// A policy given as text takes the place of the one that the other settings describe. Those are
+  /// checked all the same, but not kept.
+  static ResolvedPolicy read(json settings) {
+    std::optional<ResolvedPolicy> given;
+    if (settings.contains(kGivenPolicy)) {
+      given = read_given(settings);
+      settings.erase(kGivenPolicy);
+      if (settings.empty()) return *given;
+    }
+    json resolved;
+    SettingsReader reader(settings, "policy", resolved);
+    StartPolicy start = read_start_policy(reader, read_demonstration_file);
+    reader.finish();
+    if (given) return *given;
+    return {.start = std::move(start), .settings = std::move(resolved)};
+  }
+
+  static ResolvedPolicy read_given(const json& settings) {
+    json resolved;
+    SettingsReader reader(settings, "policy", resolved);
+    Result<Policy> policy = policy_from_json(reader.string(kGivenPolicy));
+    if (!policy) throw ConfigError("policy.given", "", policy.error().message);
+    return {.start = {.tree = std::move(policy->tree), .layout = policy->layout},
+            .settings = std::move(resolved)};
+  }
+
+  std::map<std::string, ResolvedPolicy> policies_;
+};
+
+/// policy.start_file, read into policy.start: the resolved study then needs no other file. A path
+/// in the study file is relative to that file's folder, one of the command line to the current one.
+void read_start_file(const std::filesystem::path& study_file, const SettingOrigins& origins,
+                     json& policy) {
+  constexpr const char* kKey = "policy.start_file";
+  const auto found = policy.find("start_file");
+  if (found == policy.end()) return;
+  if (!found->is_string()) throw ConfigError(kKey, found->dump(), "must be a string");
+  if (policy.contains(kGivenPolicy)) {
+    throw ConfigError(kKey, found->dump(), "must not stand beside policy.given");
+  }
+  std::filesystem::path path = found->get<std::string>();
+  if (path.is_relative() && origin_of(origins, kKey) != kCommandLineOrigin) {
+    path = study_file.parent_path() / path;
+  }
+  policy[kGivenPolicy] = to_json(read_policy_file(kKey, path).policy);
+  policy.erase("start_file");
+}
+
+/// It becomes the name of a folder.
+void check_study_name(const SettingsReader& reader, const std::string& name) {
+  const auto usable = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("_-.").find(c) != std::string_view::npos;
+  };
+  const bool starts_well = !name.empty() && name[0] != '.' && name[0] != '-';
+  if (starts_well && name.size() <= kStudyNameBytesMax &&
+      std::all_of(name.begin(), name.end(), usable)) {
+    return;
+  }
+  reader.refuse("name", fmt::format("must be 1 to {} letters, digits and _ . -, and begin with "
+                                    "none of . and -",
+                                    kStudyNameBytesMax));
+}
+
+/// What [study] says to a condition.
+struct Budget {
+  int num_rollouts = 0;
+  int in_flight = 1;
+};
+
+/// Reads [study]: what all conditions share into `study`, and what each has for itself.
+Budget read_study_table(const json& settings, Study& study, json& resolved) {
+  SettingsReader reader(settings, "study", resolved);
+  study.name = reader.string("name");
+  check_study_name(reader, study.name);
+  study.seed = static_cast<std::uint64_t>(
+      reader.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 1));
+  study.repetitions = static_cast<int>(reader.integer("repetitions", 1, kRunsMax, 1));
+  study.in_sequence = reader.choice("order", {"sequence", "arrival"}, "sequence") == "sequence";
+  const auto stop_after_s =
+      reader.optional_number("stop_after_s", {.min = 1e-3, .max = kStopAfterMaxS});
+  if (stop_after_s) study.stop_after = std::chrono::nanoseconds(std::llround(*stop_after_s * 1e9));
+  Budget budget;
+  budget.num_rollouts = static_cast<int>(reader.integer("rollouts", 1, kRolloutsMax));
+  budget.in_flight = static_cast<int>(reader.integer("in_flight", 1, kInFlightMax, 1));
+  reader.finish();
+  return budget;
+}
+
+ExplorationSettings read_exploration(const json& settings, const StartPolicy& policy, Budget budget,
+                                     json& resolved) {
+  SettingsReader reader(settings, "exploration", resolved);
+  ExplorationSettings exploration = read_exploration_settings(reader, policy.tree, policy.layout);
+  reader.finish();
+  exploration.num_rollouts = budget.num_rollouts;
+  exploration.in_flight = budget.in_flight;
+  return exploration;
+}
+
+std::string read_task(const json& settings) {
+  json scratch;
+  SettingsReader reader(settings, "task", scratch);
+  const std::string name = reader.string("name");
+  if (name.empty()) reader.refuse("name", "must not be empty");
+  json task_settings = settings;
+  task_settings.erase("name");
+  return json{{"name", name}, {"settings", std::move(task_settings)}}.dump();
+}
+
+ConfigError in_condition(const ConfigError& error, const std::string& condition) {
+  return {error.key(), error.value(), fmt::format("{} (condition {})", error.rule(), condition)};
+}
+
+/// Files of a demonstration that are named relatively stand beside the study, wherever it is loaded
+/// from; resolved, they are absolute. What is no list of names is left for others to refuse.
+void find_demonstration_files(const std::filesystem::path& directory, json& settings) {
+  const json::json_pointer where("/policy/demonstration/files");
+  if (!settings.contains(where) || !settings[where].is_array()) return;
+  for (json& file : settings[where]) {
+    if (!file.is_string()) continue;
+    // Joined first: the folder of a study named without one is empty, which has no absolute path.
+    file =
+        std::filesystem::absolute(directory / file.get<std::string>()).lexically_normal().string();
+  }
+}
+
+/// Reads the conditions of a document one after the other.
+class StudyBuilder {
+ public:
+  StudyBuilder(std::filesystem::path file, const StudyDocument& document)
+      : file_(std::move(file)), document_(document) {}
+
+  void add_condition(std::size_t index) {
+    json settings;
+    SettingOrigins origins = document_.settings(index, settings);
+    find_demonstration_files(file_.parent_path(), settings);
+    const std::string& name = document_.name(index);
+    try {
+      read_start_file(file_, origins, settings.at("policy"));
+      loaded_.study.conditions.push_back(read(name, settings));
+    } catch (const ConfigError& error) {
+      throw StudyError(origin_of(origins, error.key()), in_condition(error, name));
+    } catch (const std::invalid_argument& error) {
+      // A mixture or a tree that cannot be, from settings that are each within their bounds.
+      throw StudyError(origin_of(origins, "policy"),
+                       in_condition(ConfigError("policy", "", error.what()), name));
+    }
+    loaded_.origins.push_back(std::move(origins));
+  }
+
+  LoadedStudy take() {
+    loaded_.resolved_toml = kResolvedComment;
+    append_toml(json{{"study", study_table_}}, "", loaded_.resolved_toml);
+    loaded_.resolved_toml += conditions_toml_;
+    return std::move(loaded_);
+  }
+
+ private:
+  Condition read(const std::string& name, const json& settings) {
+    json study_table;
+    const Budget budget = read_study_table(settings.at("study"), loaded_.study, study_table);
+    check_totals(budget);
+    std::string task_content = read_task(settings.at("task"));
+    const ResolvedPolicy& policy = policies_.get(settings.at("policy"));
+    json exploration_table;
+    Condition condition{.name = name,
+                        .task_content = std::move(task_content),
+                        .start = policy.start.tree,
+                        .layout = policy.start.layout,
+                        .exploration = read_exploration(settings.at("exploration"), policy.start,
+                                                        budget, exploration_table)};
+    check_message_sizes(condition);
+    loaded_.log_likelihoods.push_back(policy.start.log_likelihoods);
+    loaded_.demonstrations.push_back(policy.start.demonstration);
+
+    for (const char* own : {"rollouts", "in_flight"}) study_table.erase(own);
+    study_table_ = std::move(study_table);
+    append_resolved(
+        json{{"name", name},
+             {"study", {{"rollouts", budget.num_rollouts}, {"in_flight", budget.in_flight}}},
+             {"task", settings.at("task")},
+             {"policy", policy.settings},
+             {"exploration", exploration_table}});
+    return condition;
+  }
+
+  void append_resolved(const json& condition) {
+    conditions_toml_ += "\n[[conditions]]\n";
+    append_toml(condition, "conditions", conditions_toml_);
+    if (conditions_toml_.size() + kResolvedHeadBytesMax <= kStudyBytesMax) return;
+    throw ConfigError("", "",
+                      fmt::format("the study is too large: with all settings of each condition it "
+                                  "must be at most {} bytes",
+                                  kStudyBytesMax));
+  }
+
+  void check_totals(Budget budget) {
+    const std::int64_t repetitions = loaded_.study.repetitions;
+    const auto num_conditions = static_cast<std::int64_t>(document_.num_conditions());
+    if (num_conditions * repetitions > kRunsMax) {
+      throw ConfigError("study.repetitions", std::to_string(repetitions),
+                        fmt::format("{} conditions times {} repetitions: must be at most {} runs",
+                                    num_conditions, repetitions, kRunsMax));
+    }
+    in_flight_ += std::min(budget.num_rollouts, budget.in_flight) * repetitions;
+    if (in_flight_ > kInFlightTotalMax) {
+      throw ConfigError(
+          "study.in_flight", std::to_string(budget.in_flight),
+          fmt::format("the roll-outs in flight of all runs must be at most {} together",
+                      kInFlightTotalMax));
+    }
+    num_rollouts_ += budget.num_rollouts * repetitions;
+    if (num_rollouts_ > kRolloutsTotalMax) {
+      throw ConfigError(
+          "study.rollouts", std::to_string(budget.num_rollouts),
+          fmt::format("the roll-outs of all runs must be at most {} together", kRolloutsTotalMax));
+    }
+  }
+
+  std::filesystem::path file_;
+  const StudyDocument& document_;
+  PolicyCache policies_;
+  LoadedStudy loaded_;
+  json study_table_;
+  std::string conditions_toml_;
+  std::int64_t num_rollouts_ = 0;
+  std::int64_t in_flight_ = 0;
+};
+
+}  // namespace
+
+LoadedStudy load_study(const std::filesystem::path& file,
+                       const std::vector<std::string>& overrides) {
+  const StudyDocument document(file, overrides);
+  StudyBuilder builder(file, document);
+  for (std::size_t i = 0; i < document.num_conditions(); ++i) builder.add_condition(i);
+  return builder.take();
+}
+
+StudyError condition_error(const LoadedStudy& loaded, std::size_t condition,
+                           const ConfigError& error) {
+  return {origin_of(loaded.origins.at(condition), error.key()),
+          in_condition(error, loaded.study.conditions.at(condition).name)};
+}
+
+void check_task(const LoadedStudy& loaded, std::size_t condition, TaskDims task) {
+  const Gmm policy = loaded.study.conditions.at(condition).start.finest();
+  if (policy.input_dim() == task.input_dim && policy.output_dim() == task.output_dim) return;
+  throw condition_error(
+      loaded, condition,
+      ConfigError(
+          "policy", "",
+          fmt::format("has {} inputs and {} outputs, must have {} inputs and {} outputs for "
+                      "this task",
+                      policy.input_dim(), policy.output_dim(), task.input_dim, task.output_dim)));
+}
+
+}  // namespace treeroll

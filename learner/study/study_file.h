@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "learner/core/study.h"
+#include "learner/study/study_error.h"
+
+/// A study file (TOML; deploy/studies/README.md says what it may hold) to a Study ready to run.
+///
+///   const LoadedStudy loaded = load_study("swing_up.toml", {"study.rollouts=50"});
+///   for each condition: ask a worker what loaded.study.conditions[i].task_content is, and
+///   check_task(loaded, i, {.input_dim = 1, .output_dim = 1});
+namespace treeroll {
+
+struct LoadedStudy {
+  Study study;
+  /// A study file that loads to an equal study: each condition with all its settings, defaults
+  /// included. A task's settings stand as they were given: only workers know its defaults.
+  std::string resolved_toml;
+  /// By condition: StartPolicy::log_likelihoods.
+  std::vector<std::vector<double>> log_likelihoods;
+  /// By condition: StartPolicy::demonstration.
+  std::vector<std::shared_ptr<const Eigen::MatrixXd>> demonstrations;
+  std::vector<SettingOrigins> origins;  ///< by condition: where its settings stand
+};
+
+/// Throws StudyError on anything that cannot be run, before anything is started: see StudyDocument
+/// for the file itself; unknown keys, wrong types and values out of bounds; more than 100 000 runs
+/// or 10^8 roll-outs, 10^6 of them in flight; a policy or a task too large for one message.
+LoadedStudy load_study(const std::filesystem::path& file,
+                       const std::vector<std::string>& overrides);
+
+/// The error of a condition's setting, with where it stands, also for those whom a worker tells
+/// ("task.step_s").
+StudyError condition_error(const LoadedStudy& loaded, std::size_t condition,
+                           const ConfigError& error);
+
+/// What a worker's description says of the policies a task executes.
+struct TaskDims {
+  int input_dim = 0;
+  int output_dim = 0;
+};
+
+/// Throws StudyError if the condition's policy has other dimensions.
+void check_task(const LoadedStudy& loaded, std::size_t condition, TaskDims task);
+
+}  // namespace treeroll

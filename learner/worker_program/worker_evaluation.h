@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "learner/core/task_facts.h"
+#include "learner/worker_program/rollout_trace.h"
+
+namespace treeroll {
+
+/// A policy to be evaluated by a worker executable in a process of its own, off the bus.
+struct EvaluationRequest {
+  std::string task_content;  ///< Condition::task_content
+  std::string policy_text;   ///< JSON of common/policy/policy.h
+  std::int64_t seed = 0;     ///< for tasks that are not deterministic
+  bool trace = false;
+};
+
+struct PolicyEvaluation {
+  double reward = 0;
+  std::string status;  ///< a word of common/base/rollout_status.h
+  std::string complaint = {};
+  RolloutTrace trace = {};  ///< empty if it was not asked for, or the task records none
+};
+
+/// Asks a worker executable (`--evaluate`). A crash and a hang are answers: statuses with reward 0.
+/// The answer is a user's program's and is checked like anything from outside.
+/// @param task  what the executable has said of the task
+/// Throws ConfigError for what it refuses, std::runtime_error if it cannot be asked or says nothing
+/// that can be read.
+PolicyEvaluation evaluate_with(const std::filesystem::path& worker_program, const TaskFacts& task,
+                               const EvaluationRequest& request);
+
+}  // namespace treeroll

@@ -1,0 +1,76 @@
+#include "learner/report/figures/layer_plot.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace treeroll {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+Component at(double input, double output) {
+  return {.5, Eigen::Vector2d(input, output), Eigen::Matrix2d::Identity()};
+}
+
+/// One Gaussian at (0, 0), and its two children at (-1, 1) and (1, 3).
+TreeModel tree() {
+  return TreeModel::from_global(FrameKind::kCholesky,
+                                {Gmm(1, {at(0, 0)}), Gmm(1, {at(-1, 1), at(1, 3)})}, {{}, {0, 0}});
+}
+
+StartModel fitted(Eigen::Index num_samples) {
+  Eigen::MatrixXd samples(2, num_samples);
+  for (Eigen::Index i = 0; i < num_samples; ++i) samples.col(i) << 1. * i, 2. * i;
+  return {.conditions = {"tree"},
+          .tree = tree(),
+          .demonstration = std::make_shared<const Eigen::MatrixXd>(samples),
+          .log_likelihoods = {-.75, -.5},
+          .columns = {"time_s", "x_m"}};
+}
+
+TEST(LayerPlotTest, EachLayerHasAPanelWithItsGaussiansAndItsFit) {
+  const auto plots = layer_plots("mine", {fitted(3)});
+  ASSERT_EQ(plots.size(), 1);
+  EXPECT_EQ(plots[0].id, "layers");
+  EXPECT_THAT(plots[0].commands, HasSubstr("set title 'tree, layer 1'"));
+  EXPECT_THAT(plots[0].commands, HasSubstr("set title 'tree, layer 2'"));
+  EXPECT_THAT(plots[0].commands, HasSubstr("'log-likelihood -0.7500'"));
+  EXPECT_THAT(plots[0].commands, HasSubstr("'log-likelihood -0.5000'"));
+  EXPECT_THAT(plots[0].commands, HasSubstr("set xlabel 'time (s)'; set ylabel 'x (m)'"));
+  EXPECT_THAT(plots[0].data, HasSubstr("demonstration\n0 0\n1 2\n2 4\n\n\n"));
+  EXPECT_THAT(plots[0].data, HasSubstr("ellipses\n2 0\n"));
+  EXPECT_THAT(plots[0].data, HasSubstr("ellipses\n1 1\n"));
+  EXPECT_THAT(plots[0].data, HasSubstr("\n3 3\n"));
+}
+
+TEST(LayerPlotTest, AStartThatWasGivenHasNoSamplesAndNoLikelihood) {
+  const auto plots = layer_plots(
+      "mine", {{.conditions = {"a", "b", "c"}, .tree = tree(), .demonstration = nullptr}});
+  EXPECT_THAT(plots[0].data, Not(HasSubstr("demonstration")));
+  EXPECT_THAT(plots[0].commands, Not(HasSubstr("log-likelihood")));
+  EXPECT_THAT(plots[0].caption, Not(HasSubstr("demonstration")));
+  EXPECT_THAT(plots[0].commands, HasSubstr("'a and 2 more, layer 1'"));
+  EXPECT_THAT(plots[0].commands, HasSubstr("set xlabel 'input'; set ylabel 'output 1'"));
+}
+
+TEST(LayerPlotTest, OfManySamplesSomeAreDrawn) {
+  const Plot plot = layer_plots("mine", {fitted(100'000)}).front();
+  EXPECT_LT(std::count(plot.data.begin(), plot.data.end(), '\n'), 2000);
+  EXPECT_THAT(plot.data, HasSubstr("\n200 400\n400 800\n"));
+}
+
+TEST(LayerPlotTest, SeveralInputsAreLeftOut) {
+  const Component component{1, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
+  EXPECT_THAT(layer_plots("mine", {{.conditions = {"a"},
+                                    .tree = TreeModel::from_global(FrameKind::kCholesky,
+                                                                   {Gmm(2, {component})}, {{}}),
+                                    .demonstration = nullptr}}),
+              IsEmpty());
+}
+
+}  // namespace
+}  // namespace treeroll

@@ -1,0 +1,157 @@
+#include "learner/report/figures/policy_plot.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <sstream>
+
+namespace treeroll {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+TreeModel one_gaussian(double mean_output) {
+  Component component{1, Eigen::Vector2d(1, mean_output), Eigen::Matrix2d::Zero()};
+  component.covariance << .25, .3, .3, 4;
+  return TreeModel::from_global(FrameKind::kCholesky, {Gmm(1, {component})}, {{}});
+}
+
+LearntPolicy learnt(const std::string& condition, TreeModel start,
+                    std::optional<Policy> best = std::nullopt) {
+  return {.condition = condition, .start = std::move(start), .best = std::move(best)};
+}
+
+/// A Gaussian over one input and two outputs, uncorrelated.
+TreeModel two_outputs() {
+  const Component component{1, Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(1, 4, 9).asDiagonal()};
+  return TreeModel::from_global(FrameKind::kCholesky, {Gmm(1, {component})}, {{}});
+}
+
+/// What a task of two outputs records, with a goal for each.
+ShownRollout traced() {
+  return {.reward = .5,
+          .trace = {.columns = {"t_s", "x_m", "y_m", "goal_x_m", "goal_y_m"},
+                    .numbers = {0, 1, 2, 10, 20, 1, 1, 2, 11, 21},
+                    .policy_inputs = {"t_s"},
+                    .policy_outputs = {"x_m", "y_m"},
+                    .poses = {}}};
+}
+
+TEST(PolicyPlotTest, EllipsesAreTwoStandardDeviationsAround) {
+  const Plot plot = policy_plots("mine", {learnt("flat", one_gaussian(3))}).front();
+  std::istringstream lines(plot.data);
+  std::string line;
+  std::getline(lines, line);
+  Eigen::Matrix2d covariance;
+  covariance << .25, .3, .3, 4;
+  int num_points = 0;
+  while (std::getline(lines, line) && !line.empty()) {
+    std::istringstream numbers(line);
+    Eigen::Vector2d at;
+    numbers >> at[0] >> at[1];
+    at -= Eigen::Vector2d(1, 3);
+    EXPECT_NEAR(at.dot(covariance.ldlt().solve(at)), 4, 1e-9) << line;
+    ++num_points;
+  }
+  EXPECT_EQ(num_points, 49);
+}
+
+TEST(PolicyPlotTest, RegressionOfOneGaussianIsItsLineOverTheInputsItCovers) {
+  const Plot plot = policy_plots("mine", {learnt("flat", one_gaussian(3))}).front();
+  // Slope .3 / .25, from two deviations of .5 below the mean to two above.
+  EXPECT_THAT(plot.data, HasSubstr("regression\n0 1.8"));
+  EXPECT_THAT(plot.data, HasSubstr("\n2 4.2"));
+  EXPECT_THAT(plot.commands, Not(HasSubstr("further layers")));
+}
+
+TEST(PolicyPlotTest, TheBestIsDrawnOverTheStart) {
+  const Policy best{one_gaussian(5), 1, ThetaLayout::kMeansCholesky};
+  const Plot plot = policy_plots("mine", {learnt("it's", one_gaussian(3), best)}).front();
+  EXPECT_THAT(plot.data, HasSubstr("regression\n0 3.8"));
+  EXPECT_THAT(plot.commands, HasSubstr("set title 'it''s'"));
+}
+
+TEST(PolicyPlotTest, SeveralInputsAreNotDrawnButNamed) {
+  const Component component{1, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
+  const TreeModel tree = TreeModel::from_global(FrameKind::kCholesky, {Gmm(2, {component})}, {{}});
+  const std::vector<LearntPolicy> policies = {learnt("closed", tree),
+                                              learnt("open", one_gaussian(3))};
+  EXPECT_THAT(policy_plots("mine", policies).front().commands, Not(HasSubstr("closed")));
+  EXPECT_THAT(path_plots("mine", policies), IsEmpty());
+  EXPECT_THAT(not_drawn(policies), ElementsAre("closed"));
+}
+
+TEST(PolicyPlotTest, EveryOutputIsDrawn) {
+  const auto plots = policy_plots("mine", {learnt("flat", two_outputs())});
+  ASSERT_EQ(plots.size(), 2);
+  EXPECT_EQ(plots[0].id, "policies");
+  EXPECT_THAT(plots[0].data, HasSubstr("regression\n-1 2\n"));
+  EXPECT_EQ(plots[1].id, "policies_output_2");
+  EXPECT_THAT(plots[1].data, HasSubstr("regression\n-1 3\n"));
+  EXPECT_THAT(plots[1].title, HasSubstr("output 2 of 2"));
+}
+
+TEST(PolicyPlotTest, EveryConditionIsOnOnePageOrAnother) {
+  std::vector<LearntPolicy> policies;
+  for (int i = 0; i < 25; ++i) policies.push_back(learnt("c" + std::to_string(i), one_gaussian(i)));
+  const auto plots = policy_plots("mine", policies);
+  ASSERT_EQ(plots.size(), 3);
+  EXPECT_THAT(plots[0].commands, HasSubstr("set title 'c11'"));
+  EXPECT_THAT(plots[1].commands, HasSubstr("set title 'c12'"));
+  EXPECT_EQ(plots[2].id, "policies_page_3");
+  EXPECT_THAT(plots[2].commands, HasSubstr("set title 'c24'"));
+}
+
+TEST(PolicyPlotTest, AxesAndGoalsAreTheTasks) {
+  LearntPolicy policy = learnt("flat", two_outputs());
+  const Plot plain = policy_plots("mine", {policy}).front();
+  EXPECT_THAT(plain.commands, HasSubstr("set xlabel 'input'; set ylabel 'output 1'"));
+  EXPECT_THAT(plain.commands, Not(HasSubstr("'goal'")));
+  policy.start_rollout = traced();
+  const auto plots = policy_plots("mine", {policy});
+  EXPECT_THAT(plots[0].commands, HasSubstr("set xlabel 't (s)'; set ylabel 'x (m)'"));
+  EXPECT_THAT(plots[0].data, HasSubstr("goal\n0 10\n1 11\n\n\n"));
+  EXPECT_THAT(plots[1].data, HasSubstr("goal\n0 20\n1 21\n\n\n"));
+  EXPECT_THAT(plots[1].commands, HasSubstr("with lines lt 9 title 'goal'"));
+  EXPECT_THAT(plots[1].caption, HasSubstr("the task's goal"));
+}
+
+TEST(PolicyPlotTest, ATraceOfOtherVariablesNamesNoAxis) {
+  LearntPolicy policy = learnt("flat", one_gaussian(3));
+  policy.start_rollout = traced();
+  EXPECT_THAT(policy_plots("mine", {policy}).front().commands, HasSubstr("set xlabel 'input'"));
+}
+
+TEST(PathPlotTest, TwoOutputsAreDrawnOneOverTheOther) {
+  LearntPolicy policy = learnt("flat", two_outputs());
+  policy.start_rollout = traced();
+  const auto plots = path_plots("mine", {policy, learnt("other", one_gaussian(3))});
+  ASSERT_EQ(plots.size(), 1);
+  EXPECT_EQ(plots[0].id, "paths");
+  EXPECT_THAT(plots[0].data, HasSubstr("goal\n10 20\n11 21\n\n\n"));
+  EXPECT_THAT(plots[0].data, HasSubstr("ellipses\n6 3\n"));  // 2 + 2 x 2
+  EXPECT_THAT(plots[0].commands, HasSubstr("set xlabel 'x (m)'; set ylabel 'y (m)'"));
+  EXPECT_THAT(plots[0].commands, Not(HasSubstr("'other'")));
+}
+
+TEST(GoalPlotTest, GoalsThatAreNoOutputsOfThePolicyHaveAFigure) {
+  LearntPolicy policy = learnt("flat", one_gaussian(3));
+  EXPECT_THAT(goal_plots("mine", {policy}), IsEmpty());
+  policy.start_rollout = traced();
+  policy.start_rollout->trace.policy_outputs = {"y_m"};  // drawn with the policy
+  policy.best_rollout = policy.start_rollout;
+  policy.best_rollout->trace.numbers[1] = 7;
+  const auto plots = goal_plots("mine", {policy});
+  ASSERT_EQ(plots.size(), 1);
+  EXPECT_EQ(plots[0].title, "x (m) of mine before and after learning");
+  EXPECT_THAT(plots[0].data, HasSubstr("goal\n0 10\n1 11\n"));
+  EXPECT_THAT(plots[0].data, HasSubstr("best\n0 7\n1 1\n"));
+  EXPECT_THAT(plots[0].data, HasSubstr("start\n0 1\n1 1\n"));
+}
+
+}  // namespace
+}  // namespace treeroll

@@ -1,0 +1,173 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "common/base/config_error.h"
+#include "learner/study/message_sizes.h"
+#include "learner/study/study_file.h"
+#include "tests/study/small_study.h"
+#include "tests/study/study_text.h"
+
+namespace treeroll {
+namespace {
+
+using study_test::kSmallStudy;
+using study_test::StudyText;
+using study_test::with;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+std::string error_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  const StudyText file(text);
+  return study_test::error_of(file, [&](const auto& path) { load_study(path, overrides); });
+}
+
+struct BadStudy {
+  std::string text;
+  std::string error;  ///< the whole line
+};
+
+const BadStudy kBadStudies[] = {
+    {with("name = \"small\"", "name = \"small\"\nrolouts = 5"),
+     "FILE:3: study.rolouts = 5: unknown key; known here: in_flight, name, order, repetitions, "
+     "rollouts, seed, stop_after_s (condition tree)"},
+    {with("name = \"small\"", "name = 5"),
+     "FILE:2: study.name = 5: must be a string (condition tree)"},
+    {with("name = \"small\"", ""), "FILE:1: study.name: is required and missing (condition tree)"},
+    {with("name = \"small\"", "name = \"a/b\""),
+     "FILE:2: study.name = \"a/b\": must be 1 to 64 letters, digits and _ . -, and begin with none "
+     "of . and - (condition tree)"},
+    {with("name = \"small\"", "name = \"..\""),
+     "FILE:2: study.name = \"..\": must be 1 to 64 letters, digits and _ . -, and begin with none "
+     "of . and - (condition tree)"},
+    {with("rollouts = 30", ""), "FILE:1: study.rollouts: is required and missing (condition tree)"},
+    {with("rollouts = 30", "rollouts = 0"),
+     "FILE:3: study.rollouts = 0: must be an integer from 1 to 100000000 (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30.0"),
+     "FILE:3: study.rollouts = 30.0: must be an integer from 1 to 100000000 (condition tree)"},
+    {with("rollouts = 30", "rollouts = 9223372036854775807"),
+     "FILE:3: study.rollouts = 9223372036854775807: must be an integer from 1 to 100000000 "
+     "(condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\nseed = -1"),
+     "FILE:4: study.seed = -1: must be an integer from 0 to 9223372036854775807 (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\norder = \"random\""),
+     "FILE:4: study.order = \"random\": must be one of: sequence, arrival (condition tree)"},
+    {with("rollouts = 30", "rollouts = 100000000\nrepetitions = 11"),
+     "FILE:3: study.rollouts = 100000000: the roll-outs of all runs must be at most 100000000 "
+     "together (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\nin_flight = 100001"),
+     "FILE:4: study.in_flight = 100001: must be an integer from 1 to 100000 (condition tree)"},
+    {with("rollouts = 30", "rollouts = 90000\nrepetitions = 12\nin_flight = 90000"),
+     "FILE:5: study.in_flight = 90000: the roll-outs in flight of all runs must be at most 1000000 "
+     "together (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\nstop_after_s = 0"),
+     "FILE:4: study.stop_after_s = 0: must be a finite number of at least 0.001 and at most "
+     "100000000 (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\nstop_after_s = \"1 h\""),
+     "FILE:4: study.stop_after_s = \"1 h\": must be a finite number of at least 0.001 and at most "
+     "100000000 (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\nrepetitions = 60000") + "[[conditions]]\nname = \"b\"\n",
+     "FILE:4: study.repetitions = 60000: 2 conditions times 60000 repetitions: must be at most "
+     "100000 runs (condition tree)"},
+    {with("name = \"swing_up\"", ""),
+     "FILE:4: task.name: is required and missing (condition tree)"},
+    {with("[0.01, 0.3, 0.02]", "[0.01, 0.3]"),
+     "FILE:11: exploration.noise_variance = [0.01,0.3]: must hold 3 numbers (condition tree)"},
+    {with("noise_variance = [0.01, 0.3, 0.02]", ""),
+     "FILE:10: exploration.noise_variance: is required and missing (condition tree)"},
+    {kSmallStudy + "exploration.noise_variance = [1]\n",
+     "FILE:14: exploration.noise_variance = [1]: must hold 3 numbers (condition tree)"},
+    {kSmallStudy + "[[axes]]\nkey = \"exploration.first_layer\"\nvalues = [1, 3]\n",
+     "FILE:16: exploration.first_layer = 3: must be an integer from 1 to 2 (condition "
+     "tree.first_layer=3)"},
+    {kSmallStudy + "policy = 5\n", "FILE:14: conditions[0].policy: must be a table"},
+};
+
+TEST(StudyFileErrorsTest, EachBadStudyIsRefusedWithLineKeyValueAndRule) {
+  for (const BadStudy& bad : kBadStudies) {
+    EXPECT_EQ(error_of(bad.text), bad.error) << bad.text;
+  }
+}
+
+TEST(StudyFileErrorsTest, SettingsOfThePolicyAndTheExplorationAreRefusedWithTheirLine) {
+  EXPECT_THAT(error_of(with("model = \"top_down_tree\"", "modle = \"flat\"")),
+              StartsWith("FILE:9: policy.modle = \"flat\": unknown key; known here: "));
+  EXPECT_THAT(error_of(with("model = \"top_down_tree\"", "model = \"round\"")),
+              StartsWith("FILE:9: policy.model = \"round\": must be one of: "));
+  EXPECT_THAT(error_of(with("[0.01, 0.3, 0.02]", "[0.01, -0.3, 0.02]")),
+              StartsWith("FILE:11: exploration.noise_variance = [0.01,-0.3,0.02]: each number of "
+                         "the list must be"));
+  EXPECT_THAT(error_of(kSmallStudy + "policy.demonstration.sample = 5\n"),
+              StartsWith("FILE:14: policy.demonstration.sample = 5: unknown key"));
+}
+
+TEST(StudyFileErrorsTest, BadOverridesAreShownAsComingFromTheCommandLine) {
+  EXPECT_EQ(error_of(kSmallStudy, {"study.rollouts=-5"}),
+            "--set: study.rollouts = -5: must be an integer from 1 to 100000000 (condition tree)");
+  EXPECT_THAT(error_of(kSmallStudy, {"study.rolouts=5"}),
+              StartsWith("--set: study.rolouts = 5: unknown key; known here: "));
+  EXPECT_EQ(error_of(kSmallStudy, {"study.rollouts=many"}),
+            "--set: study.rollouts = \"many\": must be an integer from 1 to 100000000 "
+            "(condition tree)");
+  EXPECT_EQ(error_of(kSmallStudy, {"study={name = \"x\", seed = 1.5}"}),
+            "--set: study.seed = 1.5: must be an integer from 0 to 9223372036854775807 "
+            "(condition tree)");
+}
+
+TEST(StudyFileErrorsTest, ATaskTooLargeForAMessageIsRefusedWithItsSize) {
+  const std::string words(70'000, 'x');
+  EXPECT_EQ(error_of(with("plant = \"rk4\"", "plant = \"" + words + "\"")),
+            "FILE:4: task: is too large for a message: 70058 bytes, must be at most 64000 "
+            "(condition tree)");
+}
+
+/// `size` components at equal distances.
+Condition condition_with_components(int size) {
+  std::vector<Component> components;
+  for (int k = 0; k < size; ++k) {
+    components.push_back(
+        {.prior = 1, .mean = Eigen::Vector2d(k, 0), .covariance = Eigen::Matrix2d::Identity()});
+  }
+  return {.name = "large",
+          .task_content = "{}",
+          .start = TreeModel::from_global(FrameKind::kEigenvector, {Gmm(1, components)}, {{}}),
+          .layout = ThetaLayout::kMeansCholesky,
+          .exploration = {}};
+}
+
+std::string size_error_of(const Condition& condition) {
+  try {
+    check_message_sizes(condition);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(StudyFileErrorsTest, APolicyTooLargeForAMessageIsRefusedWithItsSize) {
+  EXPECT_EQ(size_error_of(condition_with_components(64)), "");
+  EXPECT_THAT(size_error_of(condition_with_components(1000)),
+              HasSubstr("policy: is too large for a message: up to "));
+  EXPECT_EQ(size_error_of(condition_with_components(1400)),
+            "policy: is too large: theta of layer 1 has 4200 elements, must be at most 4096");
+}
+
+TEST(StudyFileErrorsTest, APolicyIsMeasuredWithEveryNumberAtItsLongest) {
+  // The text of 300 round Gaussians fits a message; what they are after learning would not.
+  const Condition condition = condition_with_components(300);
+  const Policy policy{.tree = condition.start, .layer = 1, .layout = condition.layout};
+  EXPECT_LT(to_json(policy).size(), 64'000U);
+  EXPECT_THAT(size_error_of(condition), HasSubstr("is too large for a message"));
+}
+
+TEST(StudyFileErrorsTest, AStudyWhoseResolvedFormIsTooLargeIsRefused) {
+  std::string text = with("plant = \"rk4\"", "plant = \"" + std::string(5000, 'x') + "\"");
+  text += "[[axes]]\nkey = \"exploration.first_update\"\nvalues = [10";
+  for (int i = 11; i < 310; ++i) text += ", " + std::to_string(i);
+  EXPECT_THAT(error_of(text + "]\n"), HasSubstr("FILE: the study is too large: with all settings"));
+}
+
+}  // namespace
+}  // namespace treeroll

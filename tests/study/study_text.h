@@ -1,0 +1,54 @@
+#pragma once
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+#include "learner/study/study_error.h"
+
+namespace treeroll::study_test {
+
+/// A file study.toml with a text, gone at the end.
+class StudyText {
+ public:
+  explicit StudyText(std::string_view text) {
+    std::string pattern = (std::filesystem::temp_directory_path() / "study.XXXXXX").string();
+    folder_ = ::mkdtemp(pattern.data());
+    path_ = folder_ / "study.toml";
+    std::ofstream(path_, std::ios::binary) << text;
+  }
+  ~StudyText() { std::filesystem::remove_all(folder_); }
+  StudyText(const StudyText&) = delete;
+  StudyText& operator=(const StudyText&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& folder() const { return folder_; }
+
+  /// An error with the file's name as "FILE".
+  std::string shortened(std::string error) const {
+    const auto at = error.find(path_.string());
+    if (at != std::string::npos) error.replace(at, path_.string().size(), "FILE");
+    return error;
+  }
+
+ private:
+  std::filesystem::path folder_;
+  std::filesystem::path path_;
+};
+
+/// What a StudyError thrown by `load(path)` says, "" if there was none.
+template <class Load>
+std::string error_of(const StudyText& file, Load load) {
+  try {
+    load(file.path());
+  } catch (const StudyError& error) {
+    return file.shortened(error.what());
+  }
+  return "";
+}
+
+}  // namespace treeroll::study_test
