@@ -180,8 +180,15 @@ void WorkerDaemon::perform(const AskCpuTime& effect) {
   post(CpuTimeMeasured{effect.evaluator, effect.job, slot.process->cpu_time()});
 }
 
-void WorkerDaemon::perform(const WriteLog& effect) {
-  spdlog::log(effect.warning ? spdlog::level::warn : spdlog::level::info, "{}", effect.text);
+void WorkerDaemon::perform(const LogLine& line) {
+  switch (line.level) {
+    case LogLine::Level::kInfo:
+      return spdlog::info("{}", line.text);
+    case LogLine::Level::kWarning:
+      return spdlog::warn("{}", line.text);
+    case LogLine::Level::kError:
+      return spdlog::error("{}", line.text);
+  }
 }
 
 void WorkerDaemon::perform(const Exit& effect) {

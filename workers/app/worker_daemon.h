@@ -41,7 +41,7 @@ class WorkerDaemon {
   void perform(const ForgetDefinition& effect);
   void perform(const RunRollout& effect);
   void perform(const AskCpuTime& effect);
-  void perform(const WriteLog& effect);
+  void perform(const LogLine& line);
   void perform(const Exit& effect);
 
   void give(int evaluator, const protocol::Message& message);

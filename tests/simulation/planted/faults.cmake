@@ -124,12 +124,12 @@ plant("free slots over-counted" workers/core/worker_core_sending.cc
   [[return capacity - static_cast<int>(queue_.size()) + (PLANTED && queue_.size() > 1 ? 1 : 0);]])
 
 plant("room without an evaluator" workers/core/worker_core_sending.cc
-  [[if (draining_ || !any_living()) return 0;]]
-  [[if (draining_ || (!any_living() && !PLANTED)) return 0;]])
+  [[if (draining_ || !evaluators_.any_living()) return 0;]]
+  [[if (draining_ || (!evaluators_.any_living() && !PLANTED)) return 0;]])
 
-plant("roll-outs kept while all evaluators die" workers/core/worker_core_evaluators.cc
-  [[if (!in_trouble) return;]]
-  [[if (!in_trouble || PLANTED) return;]])
+plant("roll-outs kept while all evaluators die" workers/core/worker_core.cc
+  [[if (!evaluators_.in_trouble()) return;]]
+  [[if (!evaluators_.in_trouble() || PLANTED) return;]])
 
 plant("a dead incarnation's heartbeat renews a lease" learner/core/learner_core.cc
   [[return h.learner_id == settings_.learner_id;]]
