@@ -25,7 +25,7 @@ std::vector<std::string> findings(const std::string& path, const std::string& te
 }
 
 TEST(IncludeRulesTest, AnIncludeAgainstAnArrowIsFoundWithFileLineAndWhatIsAllowed) {
-  EXPECT_THAT(findings("sim/a.cc", "#include <vector>\n#include \"common/policy/gmm.h\"\n"),
+  EXPECT_THAT(findings("sim/a.cc", "#include <vector>\n#include \"common/mixture/gmm.h\"\n"),
               ElementsAre(AllOf(HasSubstr("sim/a.cc:2: "), HasSubstr("common/policy"),
                                 HasSubstr("common/base, sim"))));
 }

@@ -35,7 +35,8 @@ std::string bounded(const std::string& text) {
 
 }  // namespace
 
-Evaluator::Evaluator(const TaskRegistry& registry) : registry_(&registry) {}
+Evaluator::Evaluator(const TaskRegistry& registry, PolicyRegistry kinds)
+    : registry_(&registry), kinds_(std::move(kinds)) {}
 
 std::optional<protocol::Message> Evaluator::handle(const protocol::Message& message) {
   protocol::DefinitionReport report;
@@ -72,13 +73,13 @@ std::string Evaluator::load_task(const ContentHash& id, const std::string& conte
 }
 
 std::string Evaluator::load_policy(const ContentHash& id, const std::string& content) {
-  Result<Policy> policy = policy_from_json(content);
-  if (!policy) throw std::runtime_error(policy.error().message);
-  const Gmm finest = policy->tree.finest();
-  const json facts{{"input_dim", finest.input_dim()},
-                   {"output_dim", finest.output_dim()},
-                   {"theta_dim", policy->theta_dim()}};
-  policies_.emplace(id, *std::move(policy));
+  Result<PolicyPtr> read = kinds_.from_json(content);
+  if (!read) throw std::runtime_error(read.error().message);
+  const Policy& policy = **read;
+  const json facts{{"input_dim", policy.input_dim()},
+                   {"output_dim", policy.output_dim()},
+                   {"theta_dim", policy.theta_dim()}};
+  policies_.emplace(id, *std::move(read));
   return facts.dump();
 }
 
@@ -94,12 +95,13 @@ Evaluation Evaluator::evaluate(const protocol::RolloutRequest& request) {
       return complain("it names a definition this evaluator does not have");
     }
     LoadedTask& loaded = found_task->second;
-    const Policy& policy = found_policy->second;
+    const Policy& policy = *found_policy->second;
     const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(
         request.theta.data(), static_cast<Eigen::Index>(request.theta.size()));
     if (theta.size() != policy.theta_dim()) return complain("theta has another size");
+    const std::unique_ptr<Controller> controller = policy.with(theta)->controller();
     const CheckedEvaluation done =
-        evaluate_checked(*loaded.task, loaded.description, policy.decode(theta),
+        evaluate_checked(*loaded.task, loaded.description, *controller,
                          static_cast<std::uint64_t>(request.task_seed), nullptr);
     return done.complaint.empty() ? done.evaluation : complain(done.complaint);
   } catch (const std::bad_alloc&) {
