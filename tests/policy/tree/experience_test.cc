@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "common/base/mirrored.h"
 #include "common/base/random_stream.h"
 #include "common/mixture/gmr.h"
 #include "tests/explore/trees.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/mixture/gmr.h"
-#include "trees.h"
+#include "tests/explore/trees.h"
 
 namespace treeroll {
 namespace {
