@@ -14,7 +14,7 @@
 #include "learner/results/run_counts.h"
 #include "learner/results/state_directory.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 struct Told {
@@ -157,4 +157,4 @@ NoiseLevels noise_levels(const Study& study, const StudyResults& results,
   return found;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

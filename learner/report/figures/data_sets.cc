@@ -7,7 +7,7 @@
 #include <numbers>
 #include <span>
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 constexpr int kEllipsePoints = 48;
@@ -68,4 +68,4 @@ std::string axis_labels(const std::string& across, const std::string& up) {
   return fmt::format("  set xlabel {}; set ylabel {}\n", literal(across), literal(up));
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

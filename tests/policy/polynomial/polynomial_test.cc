@@ -159,7 +159,7 @@ TEST(PolynomialPolicyTest, APictureShowsItsCurveWithoutGaussians) {
   coefficients << 1, 2;
   const auto policy = std::make_shared<PolynomialPolicy>(
       std::vector<int>{1}, PolynomialPolicy::Range{0, 2}, coefficients, 1);
-  const auto plots = policy_plots("mine", {{.condition = "ladder", .start = policy}});
+  const auto plots = report::policy_plots("mine", {{.condition = "ladder", .start = policy}});
   ASSERT_EQ(plots.size(), 1U);
   EXPECT_THAT(plots[0].data, HasSubstr("\n0 1\n"));
   EXPECT_THAT(plots[0].data, HasSubstr("\n2 3\n"));

@@ -7,7 +7,7 @@
 
 #include "tests/report/figures/tree_policies.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using testing::HasSubstr;
@@ -76,4 +76,4 @@ TEST(LayerPlotTest, SeveralInputsAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -7,7 +7,7 @@
 
 #include "tests/report/figures/tree_policies.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using testing::HasSubstr;
@@ -102,4 +102,4 @@ TEST(MotionPlotTest, EveryConditionIsOnOnePageOrAnother) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -8,7 +8,7 @@
 
 #include "tests/report/figures/tree_policies.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using testing::ElementsAre;
@@ -155,4 +155,4 @@ TEST(GoalPlotTest, GoalsThatAreNoOutputsOfThePolicyHaveAFigure) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report
