@@ -41,7 +41,9 @@ void PolicyText::need_keys(const std::set<std::string>& keys) const {
   }
 }
 
-PolicyText PolicyText::at(const char* key) const { return {value_->at(key), path_ + "." + key}; }
+PolicyText PolicyText::at(const std::string& key) const {
+  return {value_->at(key), path_ + "." + key};
+}
 
 PolicyText PolicyText::at(std::size_t i) const {
   return {value_->at(i), fmt::format("{}[{}]", path_, i)};

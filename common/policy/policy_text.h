@@ -35,7 +35,7 @@ class PolicyText {
   /// All keys and no others.
   void need_keys(const std::set<std::string>& keys) const;
   /// Precondition: need_keys() or list_size() has found that it is there.
-  PolicyText at(const char* key) const;
+  PolicyText at(const std::string& key) const;
   PolicyText at(std::size_t i) const;
   std::size_t list_size(std::size_t min, std::size_t max) const;
   double number() const;
