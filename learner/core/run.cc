@@ -7,9 +7,9 @@
 namespace treeroll {
 namespace {
 
-Exploration start(const Study& study, const Condition& condition, int repetition) {
-  return Exploration(condition.exploration, condition.start, condition.layout, study.seed,
-                     static_cast<std::uint32_t>(repetition));
+explore::Exploration start(const Study& study, const Condition& condition, int repetition) {
+  return explore::Exploration(condition.exploration, condition.start, condition.layout, study.seed,
+                              static_cast<std::uint32_t>(repetition));
 }
 
 }  // namespace
@@ -26,7 +26,7 @@ Run::Run(const Study& study, int run)
 
 std::vector<Run::Wanted> Run::take_wanted() {
   std::vector<Wanted> wanted;
-  while (std::optional<Draw> draw = exploration_.ask()) {
+  while (std::optional<explore::Draw> draw = exploration_.ask()) {
     layers_.emplace(draw->rollout, draw->layer);
     wanted.push_back({draw->rollout, draw->layer, std::move(draw->theta)});
   }
@@ -85,7 +85,7 @@ std::optional<Run::Answer> Run::answer_of(int number) const {
 }
 
 std::string Run::best_policy() const {
-  const Exploration::Best& best = exploration_.best();
+  const explore::Exploration::Best& best = exploration_.best();
   Policy policy = exploration_.policy(best.layer);
   try {
     policy.tree = policy.tree_with(best.theta);
@@ -101,7 +101,7 @@ RunRecord Run::record() const {
   record.repetition = repetition_;
   record.run = index_;
   record.rollouts = records_;
-  const Exploration::Best& best = exploration_.best();
+  const explore::Exploration::Best& best = exploration_.best();
   record.best_rollout = best.rollout;
   if (best.rollout >= 0) {
     record.best_reward = best.reward;

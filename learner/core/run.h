@@ -52,7 +52,7 @@ class Run {
   int index() const { return index_; }
   int condition() const { return condition_; }
   int repetition() const { return repetition_; }
-  const Exploration& exploration() const { return exploration_; }
+  const explore::Exploration& exploration() const { return exploration_; }
   int num_failed() const { return num_failed_; }
   double last_reward() const { return records_.empty() ? 0 : last_reward_; }
 
@@ -68,7 +68,7 @@ class Run {
   int index_;
   int condition_;
   int repetition_;
-  Exploration exploration_;
+  explore::Exploration exploration_;
   bool evaluation_wanted_ = false;
   std::map<int, Answer> held_;  // answered before a lower number was
   std::map<int, int> layers_;   // of roll-outs drawn and not applied

@@ -18,7 +18,7 @@ struct Condition {
   std::string task_content;  ///< JSON {"name": ..., "settings": {...}}, keys sorted
   TreeModel start;           ///< policy before any roll-out
   ThetaLayout layout = ThetaLayout::kMeansCholesky;
-  ExplorationSettings exploration;
+  explore::ExplorationSettings exploration;
 };
 
 /// What is to be learnt, fully resolved: conditions times repetitions. Run number r is repetition

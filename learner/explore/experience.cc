@@ -72,10 +72,10 @@ std::optional<Eigen::VectorXd> project_experience(const Policy& left, const Poli
   }
 }
 
-std::vector<RatedRollout> project_experience(const Policy& left, const Policy& next,
-                                             std::span<const RatedRollout> rollouts) {
-  std::vector<RatedRollout> projected;
-  for (const RatedRollout& rollout : rollouts) {
+std::vector<explore::RatedRollout> project_experience(
+    const Policy& left, const Policy& next, std::span<const explore::RatedRollout> rollouts) {
+  std::vector<explore::RatedRollout> projected;
+  for (const explore::RatedRollout& rollout : rollouts) {
     std::optional<Eigen::VectorXd> theta = project_experience(left, next, rollout.theta);
     if (theta) projected.push_back({rollout.rollout, rollout.reward, *std::move(theta)});
   }

@@ -28,8 +28,8 @@ std::optional<Eigen::VectorXd> project_experience(const Policy& left, const Poli
 
 /// The roll-outs of the layer left as roll-outs of the next. Those that no mixture of the next
 /// layer represents (in practice failed ones, with a theta past all bounds) are left out.
-std::vector<RatedRollout> project_experience(const Policy& left, const Policy& next,
-                                             std::span<const RatedRollout> rollouts);
+std::vector<explore::RatedRollout> project_experience(
+    const Policy& left, const Policy& next, std::span<const explore::RatedRollout> rollouts);
 
 /// Derivative of project_experience() at the roll-out `theta`, by central differences: column i
 /// says where a step along theta_i leads in the next layer. Its columns span what has been

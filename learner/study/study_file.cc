@@ -154,10 +154,11 @@ Budget read_study_table(const json& settings, Study& study, json& resolved) {
   return budget;
 }
 
-ExplorationSettings read_exploration(const json& settings, const StartPolicy& policy, Budget budget,
-                                     json& resolved) {
+explore::ExplorationSettings read_exploration(const json& settings, const StartPolicy& policy,
+                                              Budget budget, json& resolved) {
   SettingsReader reader(settings, "exploration", resolved);
-  ExplorationSettings exploration = read_exploration_settings(reader, policy.tree, policy.layout);
+  explore::ExplorationSettings exploration =
+      explore::read_exploration_settings(reader, policy.tree, policy.layout);
   reader.finish();
   exploration.num_rollouts = budget.num_rollouts;
   exploration.in_flight = budget.in_flight;
