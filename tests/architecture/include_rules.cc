@@ -21,6 +21,9 @@ const std::vector<Owned>& owned_libraries() {
       {std::regex(R"(^ode/)"), "sim", "ODE is known to sim alone: use a plant of sim"},
       {std::regex(R"(^Random123/)"), "common/base",
        "use RandomStream of common/base/random_stream.h"},
+      {std::regex(R"(^CLI/|^spdlog/sinks/)"), "common/program",
+       "options and the log's sink take seconds to compile: use CommandLine and run_main of "
+       "common/program/program.h"},
   };
   return libraries;
 }
