@@ -14,9 +14,9 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kInputBytesMax = 1U << 20U;
-constexpr std::size_t kShownBytesMax = 200;
+constexpr std::size_t kTaskBytesShownMax = 200;
 /// Settings of a study go to a depth of 32; what follows the nesting later does so by recursion.
-constexpr int kNestingMax = 64;
+constexpr int kTaskNestingMax = 64;
 
 void check(const TaskDescription& description, const std::string& name) {
   const auto require = [&](bool condition, const char* rule) {
@@ -33,12 +33,13 @@ void check(const TaskDescription& description, const std::string& name) {
 }
 
 json parse(const std::string& content) {
-  Result<json> parsed = parse_json(content, kNestingMax);
-  if (!parsed) throw ConfigError("task", content.substr(0, kShownBytesMax), parsed.error().message);
+  Result<json> parsed = parse_json(content, kTaskNestingMax);
+  if (!parsed)
+    throw ConfigError("task", content.substr(0, kTaskBytesShownMax), parsed.error().message);
   json value = std::move(*parsed);
   if (!value.is_object() || value.size() != 2 || !value.contains("name") ||
       !value.contains("settings")) {
-    throw ConfigError("task", content.substr(0, kShownBytesMax),
+    throw ConfigError("task", content.substr(0, kTaskBytesShownMax),
                       R"(must be a JSON object {"name": ..., "settings": {...}})");
   }
   if (!value["name"].is_string()) {

@@ -7,14 +7,12 @@
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
 #include "common/policy/gmr.h"
+#include "workers/tasks/setting_rules.h"
 #include "workers/tasks/swing_up_task.h"
 
 namespace treeroll {
 namespace {
 
-constexpr NumberRule kDuration{.min = 0, .max = 1000, .min_allowed = false};
-constexpr NumberRule kTimeLimit{.min = .001, .max = 86400};
-constexpr NumberRule kAngle{.min = -1000, .max = 1000};
 constexpr NumberRule kAcceleration{.min = 0, .max = 1e6, .min_allowed = false};
 constexpr int kStateDim = 6;
 

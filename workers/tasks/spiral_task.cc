@@ -4,16 +4,15 @@
 
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
+#include "workers/tasks/setting_rules.h"
 
 namespace treeroll {
 namespace {
 
-constexpr NumberRule kDuration{.min = 0, .max = 1e6, .min_allowed = false};
-constexpr NumberRule kTimeLimit{.min = .001, .max = 86400};
 constexpr std::int64_t kSamplesMax = 100'000;
 
 GoalTrajectory read_goal(SettingsReader& settings) {
-  const double duration = settings.number("duration", kDuration, 5 * std::numbers::pi);
+  const double duration = settings.number("duration", kPathDuration, 5 * std::numbers::pi);
   const auto num_samples = static_cast<int>(settings.integer("samples", 1, kSamplesMax, 100));
   GoalTrajectory goal{.times_s = sample_times(duration, num_samples),
                       .outputs = Eigen::MatrixXd(2, num_samples)};

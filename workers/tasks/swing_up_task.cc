@@ -9,14 +9,11 @@
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
 #include "common/policy/gmr.h"
+#include "workers/tasks/setting_rules.h"
 #include "workers/tasks/trace.h"
 
 namespace treeroll {
 namespace {
-
-constexpr NumberRule kDuration{.min = 0, .max = 1000, .min_allowed = false};
-constexpr NumberRule kTimeLimit{.min = .001, .max = 86400};
-constexpr NumberRule kAngle{.min = -1000, .max = 1000};
 
 /// Cart, joint and tip, (B-2). The cart is as large as the eye likes it: the plant's has no size.
 Pose pose(const sim::DoublePendulum& links, const sim::CartPendulumState& s) {

@@ -8,16 +8,15 @@
 #include "common/base/settings_reader.h"
 #include "common/policy/gmr.h"
 #include "common/policy/mixture_settings.h"
+#include "workers/tasks/setting_rules.h"
 
 namespace treeroll {
 namespace {
 
-constexpr NumberRule kDuration{.min = 0, .max = 1e6, .min_allowed = false};
-constexpr NumberRule kTimeLimit{.min = .001, .max = 86400};
 constexpr std::int64_t kSamplesMax = 100'000;
 
 GoalTrajectory read_goal(SettingsReader& settings) {
-  const double duration_s = settings.number("duration_s", kDuration, 2);
+  const double duration_s = settings.number("duration_s", kPathDuration, 2);
   const auto num_samples = static_cast<int>(settings.integer("samples", 1, kSamplesMax, 100));
   SettingsReader table = settings.table("goal");
   const Gmm mixture = read_mixture(table, std::array{0., duration_s});
