@@ -11,7 +11,7 @@
 #include "learner/study/study_error.h"
 #include "learner/study/toml_source.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using nlohmann::json;
@@ -193,4 +193,4 @@ std::vector<Claim> read_claims(const std::filesystem::path& path) {
   }
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

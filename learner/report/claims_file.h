@@ -5,7 +5,7 @@
 
 #include "learner/report/statistics/claim.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// Reads the claims of a TOML file, [[claims]] one by one, as strictly as a study: every key is
 /// known, typed and within its rule, and no key is there that the kind of claim has no use for. A
@@ -14,4 +14,4 @@ namespace treeroll {
 /// Throws StudyError "FILE:LINE: KEY = VALUE: RULE".
 std::vector<Claim> read_claims(const std::filesystem::path& path);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

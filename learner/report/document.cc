@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 constexpr const char* kStyle = R"(
@@ -174,4 +174,4 @@ std::string to_markdown(const Document& document) {
   return out;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -4,7 +4,7 @@
 #include <variant>
 #include <vector>
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// A report as headings, text, tables and pictures, to be rendered as HTML and as Markdown.
 struct Cell {
@@ -40,4 +40,4 @@ std::string to_markdown(const Document& document);
 /// Letters, digits, '-' and '_' of a text, others as '-': an id.
 std::string to_id(const std::string& text);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -12,7 +12,7 @@
 #include "common/files/atomic_file.h"
 #include "learner/worker_program/process.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -53,4 +53,4 @@ Picture draw(const Plot& plot, const fs::path& folder, const std::string& place)
           .file = place + "/" + plot.id + ".svg"};
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -5,7 +5,7 @@
 #include "learner/report/document.h"
 #include "learner/report/figures/plot.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// Draws a plot with gnuplot: ID.dat, ID.gp, ID.svg and ID.png in `folder`, which must exist. The
 /// same plot gives the same bytes. Throws std::runtime_error if gnuplot is missing (it names the
@@ -13,4 +13,4 @@ namespace treeroll {
 /// @param place  where `folder` lies from the document's own folder
 Picture draw(const Plot& plot, const std::filesystem::path& folder, const std::string& place);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -15,7 +15,7 @@
 #include "learner/worker_program/task_survey.h"
 #include "learner/worker_program/worker_evaluation.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 /// A picture shows no more of a trace.
@@ -152,4 +152,4 @@ std::vector<StartModel> start_models(const LoadedStudy& loaded,
   return models;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -9,7 +9,7 @@
 #include "learner/results/study_results.h"
 #include "learner/study/study_file.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// What the conditions of a study began with and their best policies, by the rewards of all
 /// repetitions. Throws std::runtime_error for a policy file that cannot be read.
@@ -27,4 +27,4 @@ std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
 std::vector<StartModel> start_models(const LoadedStudy& loaded,
                                      const std::vector<LearntPolicy>& policies);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -6,7 +6,7 @@
 #include "learner/report/figures/study_plots.h"
 #include "learner/results/study_results.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// The exploration noise after each applied roll-out of a study, recomputed: a run is a function of
 /// its study and its results, so every roll-out is drawn and learnt from again.
@@ -17,4 +17,4 @@ namespace treeroll {
 NoiseLevels noise_levels(const Study& study, const StudyResults& results,
                          std::int64_t rollouts_max);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

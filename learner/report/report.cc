@@ -17,7 +17,7 @@
 #include "learner/study/study_error.h"
 #include "learner/study/study_file.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -180,4 +180,4 @@ void write_report(const ReportOptions& options) {
   flush_standard_output();
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

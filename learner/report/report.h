@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// The command line of treeroll-report.
 struct ReportOptions {
@@ -22,4 +22,4 @@ struct ReportOptions {
 /// written.
 void write_report(const ReportOptions& options);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -14,7 +14,7 @@
 #include "learner/study/study_error.h"
 #include "learner/study/study_file.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -93,4 +93,4 @@ StudyPictures draw_study(const StudyResults& results, const fs::path& output,
   return drawn;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -8,7 +8,7 @@
 #include "learner/report/document.h"
 #include "learner/results/study_results.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// The pictures of a study, and in sentences what is to be known of them.
 struct StudyPictures {
@@ -26,4 +26,4 @@ StudyPictures draw_study(const StudyResults& results, const std::filesystem::pat
                          const std::filesystem::path& worker_program,
                          std::int64_t noise_rollouts_max);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

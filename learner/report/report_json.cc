@@ -4,7 +4,7 @@
 #include "learner/results/run_counts.h"
 #include "learner/results/summary.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using nlohmann::json;
@@ -99,4 +99,4 @@ std::string report_json(const std::vector<Claim>& claims, const std::vector<Clai
   return report.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -9,7 +9,7 @@
 #include "learner/study/study_error.h"
 #include "learner/worker_program/process.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 constexpr int kBadInput = 2;
@@ -58,6 +58,6 @@ int report_main(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report
 
-int main(int argc, char** argv) { return treeroll::report_main(argc, argv); }
+int main(int argc, char** argv) { return treeroll::report::report_main(argc, argv); }

@@ -11,7 +11,7 @@
 #include "learner/results/run_counts.h"
 #include "learner/results/summary.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 constexpr std::size_t kAllPairsMax = 6;
@@ -245,4 +245,4 @@ std::vector<Comparison> comparisons_between(const StudyResults& a, const StudyRe
   return comparisons;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

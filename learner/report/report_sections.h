@@ -7,7 +7,7 @@
 #include "learner/report/statistics/comparison.h"
 #include "learner/results/study_results.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// The parts of a report. Figures that do not exist are "-", failed runs are counted, never left
 /// out.
@@ -36,4 +36,4 @@ std::string report_json(const std::vector<Claim>& claims, const std::vector<Clai
                         const std::vector<StudyResults>& studies,
                         const std::vector<Comparison>& comparisons);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

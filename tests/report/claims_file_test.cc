@@ -11,7 +11,7 @@
 #include "learner/study/study_error.h"
 #include "learner/study/study_file.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using testing::AllOf;
@@ -147,4 +147,4 @@ TEST_F(ClaimsFileTest, EveryConditionOfTheShippedClaimsIsOneOfItsShippedStudy) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report

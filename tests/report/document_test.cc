@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using report_test::run_with;
@@ -130,4 +130,4 @@ TEST(ReportTest, ClaimsAreCountedAndLinkedToWhatShowsThem) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -12,7 +12,7 @@
 #include "learner/report/report.h"
 #include "tests/journal/learnt_study.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -254,4 +254,4 @@ TEST_F(ReportFiguresTest, WhatIsAskedForMustBeThere) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -13,7 +13,7 @@
 #include "tests/results/records.h"
 #include "tests/study/small_study.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -153,4 +153,4 @@ TEST_F(ReportProgramTest, ConditionsAreChosenByName) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report

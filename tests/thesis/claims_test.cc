@@ -31,16 +31,17 @@ class ClaimsTest : public testing::Test {
  protected:
   /// Every claim of the section whose text begins so, on the study given; at least one.
   static void expect_holds(const StudyResults& study, const std::string& section,
-                           const std::string& begin, Verdict expected = Verdict::kHolds) {
-    static const std::vector<Claim> claims =
-        read_claims(kStudies.parent_path() / "thesis_claims.toml");
+                           const std::string& begin,
+                           report::Verdict expected = report::Verdict::kHolds) {
+    static const std::vector<report::Claim> claims =
+        report::read_claims(kStudies.parent_path() / "thesis_claims.toml");
     int num_judged = 0;
-    for (const Claim& claim : claims) {
+    for (const report::Claim& claim : claims) {
       if (claim.study != study.name || claim.section != section) continue;
       if (!claim.text.starts_with(begin)) continue;
-      const ClaimResult result = judge(claim, {study});
+      const report::ClaimResult result = report::judge(claim, {study});
       EXPECT_EQ(result.verdict, expected)
-          << claim.text << ": " << name(result.verdict) << ", " << result.measured << ", p "
+          << claim.text << ": " << report::name(result.verdict) << ", " << result.measured << ", p "
           << result.p.value_or(-1) << " (" << kSeed << ")";
       ++num_judged;
     }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 bool is_digit(const std::string& text, std::size_t place) {
@@ -47,4 +47,4 @@ std::vector<ConditionGroup> group(const std::vector<std::string>& conditions, st
   return groups;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// Conditions that differ in the last part of their names alone: what one panel compares.
 struct ConditionGroup {
@@ -20,4 +20,4 @@ std::vector<std::string> parts_of(const std::string& condition);
 /// Conditions that have fewer parts stand in the group without a name.
 std::vector<ConditionGroup> group(const std::vector<std::string>& conditions, std::size_t place);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -9,7 +9,7 @@
 
 #include "learner/results/statistics.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -191,4 +191,4 @@ std::vector<double> median_switches(const std::vector<const RunRecord*>& runs) {
   return medians;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

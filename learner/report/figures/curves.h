@@ -7,7 +7,7 @@
 #include "learner/report/figures/plot.h"
 #include "learner/report/statistics/sample.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// What one condition came to over its roll-outs.
 struct Curve {
@@ -34,4 +34,4 @@ std::size_t draw_curves(const std::vector<CurvePanel>& panels, const CurveAxis& 
 /// The medians of the first, second, ... switch of the runs, counted from 1.
 std::vector<double> median_switches(const std::vector<const RunRecord*>& runs);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

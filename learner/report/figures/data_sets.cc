@@ -10,7 +10,7 @@
 
 #include "common/policy/gmr.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 constexpr int kEllipsePoints = 48;
@@ -78,4 +78,4 @@ std::string axis_labels(const std::string& across, const std::string& up) {
   return fmt::format("  set xlabel {}; set ylabel {}\n", literal(across), literal(up));
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

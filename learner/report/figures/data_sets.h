@@ -6,7 +6,7 @@
 #include "common/policy/gmm.h"
 #include "learner/report/figures/plot.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// The data of a plot, set after set as gnuplot counts them.
 class DataSets {
@@ -54,4 +54,4 @@ int add_curve(const std::string& what, const std::vector<double>& across,
 /// `set xlabel X; set ylabel Y`, as a line.
 std::string axis_labels(const std::string& across, const std::string& up);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

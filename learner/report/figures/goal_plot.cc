@@ -5,7 +5,7 @@
 #include "learner/report/figures/data_sets.h"
 #include "learner/report/figures/policy_plot.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 /// Columns with a goal that a picture of the policy does not show.
@@ -93,4 +93,4 @@ std::vector<Plot> goal_plots(const std::string& study, const std::vector<LearntP
   return plots;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

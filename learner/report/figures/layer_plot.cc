@@ -7,7 +7,7 @@
 #include "learner/report/figures/data_sets.h"
 #include "learner/report/figures/shown_trace.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 /// More samples than these a panel does not show.
@@ -102,4 +102,4 @@ std::vector<Plot> layer_plots(const std::string& study, const std::vector<StartM
   return plots;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

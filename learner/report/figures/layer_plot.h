@@ -8,7 +8,7 @@
 #include "common/policy/tree_model.h"
 #include "learner/report/figures/plot.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// A policy that learning begins with.
 struct StartModel {
@@ -26,4 +26,4 @@ struct StartModel {
 /// left out.
 std::vector<Plot> layer_plots(const std::string& study, const std::vector<StartModel>& starts);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -7,7 +7,7 @@
 #include "learner/report/figures/study_plots.h"
 #include "learner/results/run_counts.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 /// What captions of curves say of their marks and points.
@@ -94,4 +94,4 @@ Plot noise_growth(const StudyResults& study, const std::vector<ConditionGroup>& 
   return plot;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -8,7 +8,7 @@
 
 #include "learner/report/figures/data_sets.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 constexpr std::size_t kInstants = 10;
@@ -275,4 +275,4 @@ std::vector<Plot> motion_plots(const std::string& study,
   return plots;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -7,7 +7,7 @@
 #include "learner/report/statistics/comparison.h"
 #include "learner/report/statistics/sample.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 constexpr std::size_t kConditionsMax = 4;
@@ -127,4 +127,4 @@ Figures p_values(const StudyResults& study, const std::vector<ConditionGroup>& g
   return figures;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

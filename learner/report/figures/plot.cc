@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 // Okabe and Ito's colours, told apart by the colour-blind; the dashes tell them apart in grey.
@@ -108,4 +108,4 @@ void arrange(const PanelGrid& grid, Plot& plot) {
   plot.commands += "  unset multiplot\n";
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

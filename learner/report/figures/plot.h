@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// One figure: numbers and the gnuplot commands that draw them. Nothing is drawn in this room.
 struct Plot {
@@ -59,4 +59,4 @@ struct PanelGrid {
 /// Sets commands and size of a plot of one panel or several.
 void arrange(const PanelGrid& grid, Plot& plot);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

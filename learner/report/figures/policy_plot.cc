@@ -7,7 +7,7 @@
 
 #include "learner/report/figures/data_sets.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 constexpr int kPanelHeightPx = 320;
@@ -201,4 +201,4 @@ std::vector<std::string> not_drawn(const std::vector<LearntPolicy>& policies) {
   return names;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

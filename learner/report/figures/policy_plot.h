@@ -8,7 +8,7 @@
 #include "learner/report/figures/plot.h"
 #include "learner/report/figures/shown_trace.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// What a condition began with, and the best it has come to.
 struct LearntPolicy {
@@ -35,4 +35,4 @@ std::vector<Plot> goal_plots(const std::string& study, const std::vector<LearntP
 /// The conditions whose policies have several inputs.
 std::vector<std::string> not_drawn(const std::vector<LearntPolicy>& policies);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

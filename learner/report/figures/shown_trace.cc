@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 15> kUnits = {
@@ -85,4 +85,4 @@ std::string axis_title(const std::string& column) {
   return title + unit;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -6,7 +6,7 @@
 
 #include "learner/worker_program/rollout_trace.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// A roll-out that was made to be looked at.
 struct ShownRollout {
@@ -29,4 +29,4 @@ std::string goal_of(const std::string& name);
 /// that is no unit known here stays a word.
 std::string axis_title(const std::string& column);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -8,7 +8,7 @@
 
 #include "learner/report/statistics/sample.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 constexpr std::size_t kPanelsMax = 15;
@@ -78,4 +78,4 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -8,7 +8,7 @@
 #include "learner/report/figures/plot.h"
 #include "learner/results/study_results.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// Figures, and in sentences what was left out of them.
 struct Figures {
@@ -45,4 +45,4 @@ Plot switch_boxes(const StudyResults& study);
 /// "a, b, c and 4 more".
 std::string listed(const std::vector<std::string>& names);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

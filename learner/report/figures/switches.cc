@@ -7,7 +7,7 @@
 #include "learner/results/run_counts.h"
 #include "learner/results/statistics.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 Plot switch_boxes(const StudyResults& study) {
   Plot plot{.id = "switches", .title = "Switches of layer in " + study.name};
@@ -52,4 +52,4 @@ Plot switch_boxes(const StudyResults& study) {
   return plot;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -10,7 +10,7 @@
 #include "learner/report/statistics/sample.h"
 #include "learner/report/statistics/tests_of_means.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 constexpr double kLevel = .05;
@@ -359,4 +359,4 @@ std::vector<std::optional<double>> adjusted_p(const std::vector<ClaimResult>& re
   return by_claim;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -8,7 +8,7 @@
 #include "learner/results/statistics.h"
 #include "learner/results/study_results.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// What a claim says of its conditions' measure, and how that is tested at the level of 5 %:
 enum class ClaimKind {
@@ -68,4 +68,4 @@ ClaimResult judge(const Claim& claim, const std::vector<StudyResults>& studies);
 /// Holm's adjusted p of each claim that has a p, over all of them; nothing for the others.
 std::vector<std::optional<double>> adjusted_p(const std::vector<ClaimResult>& results);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -5,7 +5,7 @@
 
 #include "learner/results/run_counts.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 Sample end_rewards(const std::string& label, const std::vector<const RunRecord*>& runs) {
@@ -57,4 +57,4 @@ Comparison compare(const std::string& label_a, const std::vector<const RunRecord
   return comparison;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -7,7 +7,7 @@
 #include "learner/report/statistics/sample.h"
 #include "learner/report/statistics/tests_of_means.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// Whether condition a is better than condition b, at the end and at every roll-out.
 struct Comparison {
@@ -29,4 +29,4 @@ Comparison compare(const std::string& label_a, const std::vector<const RunRecord
                    const std::string& label_b, const std::vector<const RunRecord*>& b,
                    bool share_draws);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -8,7 +8,7 @@
 #include "common/base/check.h"
 #include "learner/results/run_counts.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 constexpr int kNearby = 5;
@@ -128,4 +128,4 @@ std::string describe(const Measure& measure) {
   CHECK(false, "a MeasureKind outside its enumeration");
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

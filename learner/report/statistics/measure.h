@@ -6,7 +6,7 @@
 
 #include "learner/core/run_record.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// A figure of one run: what a claim is about.
 enum class MeasureKind {
@@ -38,4 +38,4 @@ std::optional<double> measure(const RunRecord& run, const Measure& measure);
 /// In words: "reward near roll-out 50".
 std::string describe(const Measure& measure);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

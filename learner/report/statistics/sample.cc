@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace treeroll {
+namespace treeroll::report {
 
 std::vector<double> Sample::present() const {
   std::vector<double> found;
@@ -64,4 +64,4 @@ std::pair<std::vector<double>, std::vector<double>> pairs(const Sample& a, const
   return both;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

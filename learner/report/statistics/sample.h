@@ -10,7 +10,7 @@
 #include "learner/report/statistics/measure.h"
 #include "learner/results/study_results.h"
 
-namespace treeroll {
+namespace treeroll::report {
 
 /// A measure of every repetition of a condition.
 struct Sample {
@@ -43,4 +43,4 @@ Result<Sample> find_sample(const std::vector<StudyResults>& studies, const std::
 /// The values of those repetitions that both have.
 std::pair<std::vector<double>, std::vector<double>> pairs(const Sample& a, const Sample& b);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -10,7 +10,7 @@
 
 #include "common/base/check.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using boost::math::students_t;
@@ -160,4 +160,4 @@ std::optional<Trend> growing(const std::vector<std::vector<double>>& groups) {
   return Trend{.correlation = correlation, .p = upper_tail(t, degrees)};
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -9,7 +9,7 @@
 /// hypothesis named. Where fewer than two values leave the spread unknown there is no result; where
 /// there is no spread at all, what is seen is taken for certain: p is 0, 1, or .5 for no
 /// difference.
-namespace treeroll {
+namespace treeroll::report {
 
 struct TestResult {
   double difference = 0;  ///< of the means, a - b
@@ -50,4 +50,4 @@ struct Trend {
 };
 std::optional<Trend> growing(const std::vector<std::vector<double>>& groups);
 
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using testing::HasSubstr;
@@ -73,4 +73,4 @@ TEST(LayerPlotTest, SeveralInputsAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using testing::HasSubstr;
@@ -99,4 +99,4 @@ TEST(MotionPlotTest, EveryConditionIsOnOnePageOrAnother) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report

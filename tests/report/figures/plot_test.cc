@@ -7,7 +7,7 @@
 
 #include "learner/report/figures/condition_grid.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using testing::ElementsAre;
@@ -95,4 +95,4 @@ TEST(ConditionGridTest, ConditionsWithoutPartsAreOneGroup) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report

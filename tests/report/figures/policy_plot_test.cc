@@ -6,7 +6,7 @@
 #include <Eigen/Cholesky>
 #include <sstream>
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using testing::ElementsAre;
@@ -154,4 +154,4 @@ TEST(GoalPlotTest, GoalsThatAreNoOutputsOfThePolicyHaveAFigure) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using testing::ElementsAre;
@@ -59,4 +59,4 @@ TEST(ShownTraceTest, AnAxisHasItsUnitInBrackets) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report

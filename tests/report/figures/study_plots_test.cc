@@ -7,7 +7,7 @@
 
 #include "tests/results/records.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using report_test::run_with;
@@ -175,4 +175,4 @@ TEST(StudyPlotsTest, ALongListOfNamesIsCounted) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report

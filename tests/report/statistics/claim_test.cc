@@ -7,7 +7,7 @@
 
 #include "tests/results/records.h"
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using report_test::run_with;
@@ -285,4 +285,4 @@ TEST(ClaimTest, HolmsCorrectionIsOverTheClaimsThatAreTested) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report

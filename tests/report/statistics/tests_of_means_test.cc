@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-namespace treeroll {
+namespace treeroll::report {
 namespace {
 
 using Values = std::vector<double>;
@@ -137,4 +137,4 @@ TEST(ShareTest, LimitsAreClopperAndPearsons) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::report
