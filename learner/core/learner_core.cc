@@ -244,7 +244,7 @@ void LearnerCore::on_message(const protocol::DefinitionReport& report, TimePoint
   if (report.accepted) {
     worker->refused.erase(report.definition_id);
     if (!is_task || facts_.contains(report.definition_id)) return;
-    Result<TaskFacts> facts = task_facts_from_json(report.text);
+    Result<TaskDescription> facts = task_description_from_json(report.text);
     if (facts) return learn_facts(report.definition_id, *facts);
     // Its own description makes no sense: another worker's may.
     refuse(*worker, report.definition_id, facts.error().message, now, effects);
@@ -273,7 +273,7 @@ void LearnerCore::refuse(WorkerEntry& worker, const ContentHash& definition,
   }
 }
 
-void LearnerCore::learn_facts(const ContentHash& task_id, const TaskFacts& facts) {
+void LearnerCore::learn_facts(const ContentHash& task_id, const TaskDescription& facts) {
   for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
     if (task_ids_[c] != task_id) continue;
     const Gmm policy = study_.conditions[c].start.finest();

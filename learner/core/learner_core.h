@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/log_limiter.h"
+#include "common/base/task_description.h"
 #include "common/base/time.h"
 #include "common/protocol/limits.h"
 #include "common/protocol/messages.h"
@@ -18,7 +19,6 @@
 #include "learner/core/ledger.h"
 #include "learner/core/run.h"
 #include "learner/core/study.h"
-#include "learner/core/task_facts.h"
 #include "learner/core/worker_table.h"
 
 namespace treeroll {
@@ -61,7 +61,7 @@ struct LearnerSettings {
   protocol::LearnerId learner_id = 0;
   std::size_t batch_bytes_max = 0;  ///< of one roll-out batch that holds more than one roll-out
   /// Descriptions known beforehand, by task content; the others are asked of the workers.
-  std::map<std::string, TaskFacts> known_tasks;
+  std::map<std::string, TaskDescription> known_tasks;
   /// Accepted results that may wait for Synced; past it nothing is accepted or given out.
   std::int64_t unsynced_results_max = protocol::kUnsyncedResultsMax;
 };
@@ -118,11 +118,11 @@ class LearnerCore {
   // learner_core_answers.cc: what answers do.
   void accept(WorkerEntry& worker, const protocol::RolloutResult& result, TimePoint now,
               LearnerEffects& effects);
-  const TaskFacts* facts_of(int run) const;
+  const TaskDescription* facts_of(int run) const;
   void compare_with_accepted(const WorkerEntry& worker, const protocol::RolloutResult& result,
-                             const TaskFacts& facts, TimePoint now, LearnerEffects& effects);
-  void distrust(WorkerEntry& worker, const protocol::RolloutResult& result, const TaskFacts& facts,
-                TimePoint now, LearnerEffects& effects);
+                             const TaskDescription& facts, TimePoint now, LearnerEffects& effects);
+  void distrust(WorkerEntry& worker, const protocol::RolloutResult& result,
+                const TaskDescription& facts, TimePoint now, LearnerEffects& effects);
   void learn(const AcceptedResult& result, int numeric_class, TimePoint now,
              LearnerEffects& effects);
   void note_timing(WorkerEntry& worker, const protocol::RolloutResult& result,
@@ -143,7 +143,7 @@ class LearnerCore {
   void log(TimePoint now, LogLine line, LearnerEffects& effects);
   void publish_status(TimePoint now, LearnerEffects& effects);
   void publish_run(int run, LearnerEffects& effects);
-  void learn_facts(const ContentHash& task_id, const TaskFacts& facts);
+  void learn_facts(const ContentHash& task_id, const TaskDescription& facts);
   void refuse(WorkerEntry& worker, const ContentHash& definition, const std::string& reason,
               TimePoint now, LearnerEffects& effects);
   /// Of a result whose worker was another incarnation's, or of one class too many: it compares with
@@ -161,7 +161,7 @@ class LearnerCore {
   std::vector<Run> runs_;
   std::vector<std::map<int, ContentHash>> policy_ids_;  // by run, then layer
   std::vector<ContentHash> task_ids_;                   // by condition
-  std::map<ContentHash, TaskFacts> facts_;
+  std::map<ContentHash, TaskDescription> facts_;
   DefinitionBook tasks_;
   DefinitionBook policies_;
   Ledger ledger_;

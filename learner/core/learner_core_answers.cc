@@ -15,7 +15,7 @@ constexpr double kTimingWeight = .1;
 constexpr Duration kHeldLeaseMin = std::chrono::seconds(1);
 
 /// False for what is no number, too.
-bool is_in_range(double reward, const TaskFacts& facts) {
+bool is_in_range(double reward, const TaskDescription& facts) {
   return reward >= facts.reward_min && reward <= facts.reward_max;
 }
 
@@ -25,7 +25,7 @@ void LearnerCore::accept(WorkerEntry& worker, const protocol::RolloutResult& res
                          LearnerEffects& effects) {
   const protocol::RolloutKey key = result.key;
   const bool in_study = key.run >= 0 && key.run < static_cast<int>(runs_.size());
-  const TaskFacts* facts = in_study ? facts_of(key.run) : nullptr;
+  const TaskDescription* facts = in_study ? facts_of(key.run) : nullptr;
   if (!facts || worker.distrusted) {  // without facts nothing of this run has been issued
     ++ledger_.counters.rejected;
     return;
@@ -66,7 +66,7 @@ void LearnerCore::recover(const AcceptedResult& result, TimePoint now, LearnerEf
     outcome_ = Outcome::kFailed;
     return;
   }
-  const TaskFacts* facts = facts_of(result.key.run);
+  const TaskDescription* facts = facts_of(result.key.run);
   if (facts && result.status == RolloutStatus::kOk && !is_in_range(result.reward, *facts)) {
     failure_ = fmt::format(
         "the journal gives run {} roll-out {} reward {}, outside the task's range {} to {}",
@@ -78,7 +78,7 @@ void LearnerCore::recover(const AcceptedResult& result, TimePoint now, LearnerEf
   learn(result, kUnknownClass, now, effects);
 }
 
-const TaskFacts* LearnerCore::facts_of(int run) const {
+const TaskDescription* LearnerCore::facts_of(int run) const {
   const auto known = facts_.find(task_ids_[runs_[run].condition()]);
   return known == facts_.end() ? nullptr : &known->second;
 }
@@ -86,7 +86,7 @@ const TaskFacts* LearnerCore::facts_of(int run) const {
 /// An answer to a roll-out that is not open: a duplicate, or to nothing that was asked.
 void LearnerCore::compare_with_accepted(const WorkerEntry& worker,
                                         const protocol::RolloutResult& result,
-                                        const TaskFacts& facts, TimePoint now,
+                                        const TaskDescription& facts, TimePoint now,
                                         LearnerEffects& effects) {
   const std::optional<Run::Answer> before = runs_[result.key.run].answer_of(result.key.number);
   if (!before) {
@@ -108,7 +108,7 @@ void LearnerCore::compare_with_accepted(const WorkerEntry& worker,
 }
 
 void LearnerCore::distrust(WorkerEntry& worker, const protocol::RolloutResult& result,
-                           const TaskFacts& facts, TimePoint now, LearnerEffects& effects) {
+                           const TaskDescription& facts, TimePoint now, LearnerEffects& effects) {
   ++ledger_.counters.rejected;
   worker.distrusted = true;
   log(now,

@@ -33,7 +33,7 @@ Ledger with_draws(int count) {
   return ledger;
 }
 
-const std::map<ContentHash, TaskFacts> kTasks{{ContentHash{}, TaskFacts{}}};
+const std::map<ContentHash, TaskDescription> kTasks{{ContentHash{}, TaskDescription{}}};
 
 TEST(DispatchTest, FillsWorkersInProportionToTheirEvaluators) {
   Ledger ledger = with_draws(9);
@@ -67,7 +67,7 @@ TEST(DispatchTest, HoldsBackTasksNobodyHasDescribed) {
   Ledger ledger = with_draws(2);
   WorkerTable workers;
   add_worker(workers, 1, 1);
-  const std::map<ContentHash, TaskFacts> none;
+  const std::map<ContentHash, TaskDescription> none;
   EXPECT_TRUE(assign(ledger, workers, {at(0), 1, &none}).empty());
 }
 

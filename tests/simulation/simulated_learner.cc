@@ -18,7 +18,7 @@ LearnerSettings learner_settings(const Scenario& scenario, protocol::LearnerId i
   settings.batch_bytes_max = scenario.batch_bytes_max;
   settings.unsynced_results_max = scenario.unsynced_results_max;
   if (scenario.knows_task) {
-    settings.known_tasks[kTaskContent] = *task_facts_from_json(kTaskDescription);
+    settings.known_tasks[kTaskContent] = *task_description_from_json(kTaskDescription);
   }
   return settings;
 }
