@@ -13,8 +13,9 @@ namespace treeroll {
 /// Theta of the next layer that acts as `theta` acted at the layer left: thesis (3-16)..(3-18),
 /// solved for each component of the next layer. The print lacks the blocks' labels and a sign:
 ///
-///   S^_OI = S~_OI (S~_II)^-1 S_II          mu^_O = mu~_O - A~ mu~_I + A~ mu_I,   A~ = S~_OI
-///   (S~_II)^-1
+///   A~    = S~_OI (S~_II)^-1
+///   S^_OI = A~ S_II
+///   mu^_O = mu~_O - A~ mu~_I + A~ mu_I
 ///
 /// so that each component keeps its linear map exactly, and the regression the whole curve where
 /// the input means and variances that theta does not hold have not moved. Where theta holds the

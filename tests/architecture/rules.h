@@ -32,6 +32,10 @@ std::vector<Finding> check_words(const SourceFile& file);
 /// compiler flags that change results.
 std::vector<Finding> check_project(const SourceFile& file);
 
+/// Comments of a message type stand above their field: newer versions of lcm-gen attach one behind
+/// a field to the field after it.
+std::vector<Finding> check_message_comments(const SourceFile& file);
+
 /// Link lines of all CMake files: a room's targets link only targets of rooms it may include.
 std::vector<Finding> check_links(const std::vector<SourceFile>& files);
 

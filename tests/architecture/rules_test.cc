@@ -221,5 +221,12 @@ TEST(LinkRulesTest, ALinkAgainstAnArrowIsFound) {
               AllOf(HasSubstr("sim/CMakeLists.txt:2: "), HasSubstr("treeroll_policy")));
 }
 
+TEST(MessageRulesTest, ACommentBehindAFieldOfAMessageTypeIsFound) {
+  EXPECT_THAT(findings("lcmtypes/a_t.lcm",
+                       "struct a_t {\n  // first; then more // of it\n  int32_t a;\n"
+                       "  int32_t b;  // behind\n}\n"),
+              ElementsAre(AllOf(HasSubstr("a_t.lcm:4: "), HasSubstr("line above"))));
+}
+
 }  // namespace
 }  // namespace treeroll::architecture
