@@ -12,9 +12,11 @@
 namespace treeroll::architecture {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 std::vector<std::string> findings(const std::string& path, const std::string& text) {
   std::vector<std::string> messages;
@@ -204,6 +206,19 @@ TEST(ProjectRulesTest, GlobsAndFlagsThatChangeResultsAreFoundInCMakeFiles) {
               ElementsAre(HasSubstr("glob")));
   EXPECT_THAT(findings("sim/CMakeLists.txt", "# not -ffast-math\nset(flags -ffast-math)\n"),
               ElementsAre(HasSubstr("sim/CMakeLists.txt:2: this flag")));
+}
+
+TEST(ArrowRulesTest, AnArrowThatNothingUsesIsFound) {
+  const auto unused = [](const std::string& text) {
+    std::vector<std::string> messages;
+    for (const Finding& finding : check_unused_arrows({make_source_file("sim/a.cc", text)})) {
+      messages.push_back(to_string(finding));
+    }
+    return messages;
+  };
+  const auto arrow = HasSubstr("nothing in sim includes common/base");
+  EXPECT_THAT(unused("#include <cmath>\n"), Contains(arrow));
+  EXPECT_THAT(unused("#include \"common/base/check.h\"\n"), Not(Contains(arrow)));
 }
 
 TEST(LinkRulesTest, ALinkAgainstAnArrowIsFound) {
