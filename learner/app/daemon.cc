@@ -89,11 +89,11 @@ class LearnerDaemon : private EffectHandler {
     loop_.on_signals({SIGINT, SIGTERM}, [this](int signal) { stop(signal); });
     if (options_.local_workers > 0) {
       loop_.on_signals({SIGCHLD}, [this](int) {
-        if (local_worker_) local_worker_->watch(loop_.now());
+        if (local_worker_) watch_local_worker();
       });
       local_worker_.emplace(options_, loop_.now());
     }
-    on_timer();
+    core_timer_.set(core_->next_deadline());
     loop_.run();
     if (failure_) std::rethrow_exception(failure_);
     if (core_->outcome() == LearnerCore::Outcome::kFailed) {
@@ -129,15 +129,13 @@ class LearnerDaemon : private EffectHandler {
     });
   }
 
-  void on_timer() {
-    if (local_worker_) local_worker_->watch(loop_.now());
-    if (sync_at_ && loop_.now() >= *sync_at_) sync();
-    if (loop_.now() >= core_->next_deadline()) step(learner_event::Timer{});
-    set_timer();
+  void watch_local_worker() {
+    local_worker_->watch(loop_.now());
+    restart_timer_.set(local_worker_->next_start());
   }
 
   void sync() {
-    sync_at_.reset();
+    sync_timer_.set(TimePoint::max());
     try {
       journal_->sync();
     } catch (const std::runtime_error&) {
@@ -156,7 +154,7 @@ class LearnerDaemon : private EffectHandler {
       return fail();
     }
     if (core_->outcome() != LearnerCore::Outcome::kRunning) return loop_.stop();
-    set_timer();
+    core_timer_.set(core_->next_deadline());
   }
 
   void append(const AcceptedResult& result) override { journal_->append(result, wall_time_us()); }
@@ -165,7 +163,7 @@ class LearnerDaemon : private EffectHandler {
 
   void flush() override {
     journal_->flush();
-    if (!sync_at_) sync_at_ = loop_.now() + kSyncPeriod;
+    if (!sync_timer_.is_set()) sync_timer_.set(loop_.now() + kSyncPeriod);
   }
 
   void send(const protocol::Message& message) override {
@@ -187,12 +185,6 @@ class LearnerDaemon : private EffectHandler {
     }
   }
 
-  void set_timer() {
-    TimePoint deadline = core_->next_deadline();
-    if (sync_at_) deadline = std::min(deadline, *sync_at_);
-    loop_.set_timer(deadline, [this] { on_timer(); });
-  }
-
   /// A learner that cannot write must not go on; called inside a catch.
   void fail() {
     failure_ = std::current_exception();
@@ -205,6 +197,9 @@ class LearnerDaemon : private EffectHandler {
   }
 
   transport::Loop loop_;
+  transport::Timer core_timer_{loop_, [this] { step(learner_event::Timer{}); }};
+  transport::Timer sync_timer_{loop_, [this] { sync(); }};
+  transport::Timer restart_timer_{loop_, [this] { watch_local_worker(); }};
   LearnerSettings settings_;
   const LearnerOptions& options_;
   std::unique_ptr<transport::Bus> bus_;
@@ -212,7 +207,6 @@ class LearnerDaemon : private EffectHandler {
   std::optional<JournalWriter> journal_;
   std::optional<LocalWorker> local_worker_;
   ProgressLine progress_;
-  std::optional<TimePoint> sync_at_;
   bool answer_is_due_ = false;
   bool is_stopping_ = false;
   std::exception_ptr failure_;

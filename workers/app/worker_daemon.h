@@ -51,6 +51,7 @@ class WorkerDaemon {
   void log_bus_trouble();
 
   transport::Loop loop_;
+  transport::Timer timer_{loop_, [this] { post(TimerFired{}); }};
   std::unique_ptr<transport::Bus> bus_;
   std::optional<WorkerCore> core_;
   struct Slot {
