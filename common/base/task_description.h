@@ -22,6 +22,9 @@ struct TaskDescription {
   /// second.
   double time_limit_s = 0;
   bool deterministic = true;  ///< the same policy gives the same reward, whatever the seed
+
+  /// False for what is no number, too.
+  bool is_in_range(double reward) const { return reward >= reward_min && reward <= reward_max; }
   bool operator==(const TaskDescription&) const = default;
 };
 

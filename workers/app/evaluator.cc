@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,7 +13,9 @@
 
 #include "common/protocol/limits.h"
 #include "workers/app/checked_evaluation.h"
+#include "workers/app/definition_facts.h"
 #include "workers/app/packet.h"
+#include "workers/app/process_limits.h"
 #include "workers/app/task_content.h"
 
 namespace treeroll::worker {
@@ -74,12 +75,7 @@ std::string Evaluator::load_task(const ContentHash& id, const std::string& conte
 std::string Evaluator::load_policy(const ContentHash& id, const std::string& content) {
   Result<Policy> policy = policy_from_json(content);
   if (!policy) throw std::runtime_error(policy.error().message);
-  const Gmm finest = policy->tree.finest();
-  const json facts{{"input_dim", finest.input_dim()},
-                   {"output_dim", finest.output_dim()},
-                   {"theta_dim", policy->theta_dim()}};
-  policies_.emplace(id, *std::move(policy));
-  return facts.dump();
+  return facts_text(policies_.emplace(id, *std::move(policy)).first->second);
 }
 
 Evaluation Evaluator::evaluate(const protocol::RolloutRequest& request) {
@@ -128,8 +124,7 @@ protocol::RewardBatch Evaluator::answer(const protocol::RolloutBatch& batch) {
 int run_evaluator(const TaskRegistry& registry, int socket, int parent_pid) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent_pid) return 1;  // it ended before the line above
-  const rlimit no_core{0, 0};
-  setrlimit(RLIMIT_CORE, &no_core);
+  turn_off_core_dumps();
   // A terminal's Ctrl-C and a service manager's stop reach the whole group; the daemon drains.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
