@@ -16,6 +16,7 @@
 #include "common/files/atomic_file.h"
 #include "common/files/whole_file.h"
 #include "common/program/standard_output.h"
+#include "common/protocol/timings.h"
 #include "common/transport/bus.h"
 #include "common/transport/loop.h"
 #include "learner/app/local_worker.h"
@@ -34,9 +35,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using transport::Channel;
-
-/// How long an accepted result may wait for stable storage, and its worker for the acknowledgement.
-constexpr Duration kSyncPeriod = std::chrono::milliseconds(10);
 
 /// A fresh name for this incarnation: answers to an earlier one cannot pass.
 protocol::LearnerId draw_learner_id() {
@@ -162,7 +160,7 @@ class LearnerDaemon : private learner::EffectHandler {
 
   void flush() override {
     journal_->flush();
-    if (!sync_timer_.is_set()) sync_timer_.set(loop_.now() + kSyncPeriod);
+    if (!sync_timer_.is_set()) sync_timer_.set(loop_.now() + protocol::kSyncPeriod);
   }
 
   void send(const protocol::Message& message) override {

@@ -7,11 +7,11 @@
 
 #include "common/base/check.h"
 #include "common/base/random_stream.h"
+#include "common/protocol/timings.h"
 
 namespace treeroll::learner {
 namespace {
 
-constexpr Duration kStatusPeriod = std::chrono::seconds(1);
 /// How long roll-outs under way are waited for when the learner is asked to stop.
 constexpr Duration kStopGrace = std::chrono::seconds(5);
 
@@ -90,7 +90,7 @@ void LearnerCore::on(const Turn& turn, const TimerFired&) {
     workforce_.remind(turn);
     publish_status(turn);
     turn.log_what_is_due();
-    next_status_ = turn.now + kStatusPeriod;
+    next_status_ = turn.now + protocol::kLearnerStatusPeriod;
   }
   finish_if_stopped(turn);
   workforce_.dispatch(turn);

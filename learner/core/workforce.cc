@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/base/cut_text.h"
+#include "common/protocol/timings.h"
 #include "learner/core/batching.h"
 #include "learner/core/dispatch.h"
 
@@ -63,7 +64,7 @@ void Workforce::look_after_leases(const Turn& turn) {
     turn.log(
         LogLine::Level::kWarning, "workers that leave",
         fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back", describe(silent),
-                    to_seconds(WorkerTable::kSilence), ledger_.leases_of(silent.id).size()));
+                    to_seconds(protocol::kWorkerSilence), ledger_.leases_of(silent.id).size()));
     ledger_.take_back_all(silent.id);
   }
   ledger_.expire(turn.now);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/protocol/timings.h"
 #include "learner/core/dispatch.h"
 #include "learner/core/workforce.h"
 
@@ -10,8 +11,6 @@ namespace treeroll::learner {
 namespace {
 
 constexpr double kTimingWeight = .1;
-/// What a worker says it holds is not lost, and its next heartbeat or answer comes before this.
-constexpr Duration kHeldLeaseMin = std::chrono::seconds(1);
 
 }  // namespace
 
@@ -127,7 +126,7 @@ void Workforce::extend_leases(TimePoint now, const WorkerEntry& worker,
                               const std::vector<protocol::RolloutKey>& held) {
   const Duration lease =
       lease_duration(worker, ledger_.leases_of(worker.id).size(), rollout_time_s_);
-  const TimePoint extended = now + std::max(kHeldLeaseMin, lease);
+  const TimePoint extended = now + std::max(protocol::kHeldLeaseMin, lease);
   for (const protocol::RolloutKey key : held) ledger_.extend(key, worker.id, extended);
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "common/protocol/timings.h"
 #include "common/transport/codec.h"
 
 namespace treeroll::simulation {
@@ -334,7 +335,7 @@ void SimulatedLearner::check_leases_of_the_silent() {
     const learner::Ledger::Entry* entry = core_.ledger().find(key);
     if (!entry || !entry->lease) continue;
     observer_.require(
-        heard_[entry->lease->worker].time + learner::WorkerTable::kSilence > schedule_.now(),
+        heard_[entry->lease->worker].time + protocol::kWorkerSilence > schedule_.now(),
         "a roll-out stays leased to a worker that has left");
   }
 }
