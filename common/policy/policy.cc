@@ -1,20 +1,19 @@
 #include "common/policy/policy.h"
 
+#include <nlohmann/json.hpp>
+
+#include "common/policy/policy_text.h"
+
 namespace treeroll {
 
-int Policy::theta_dim() const {
-  return theta_dim_per_component(layout, tree.input_dim(), tree.dim() - tree.input_dim()) *
-         tree.num_components(layer);
-}
-
-Eigen::VectorXd Policy::theta() const { return to_theta(layout, tree.layer(layer)); }
-
-TreeModel Policy::tree_with(const Eigen::Ref<const Eigen::VectorXd>& theta) const {
-  return tree.with_layer(layer, with_theta(layout, tree.layer(layer), theta));
-}
-
-Gmm Policy::decode(const Eigen::Ref<const Eigen::VectorXd>& theta) const {
-  return tree_with(theta).finest();
+std::string to_json(const Policy& policy) {
+  nlohmann::json out = policy.content();
+  out["format"] = kPolicyFormat;
+  out["version"] = kPolicyVersion;
+  // Policies are known by the hash of their text: those of the first kind keep the text they had
+  // before there were others.
+  if (policy.kind() != kDefaultPolicyKind) out["kind"] = policy.kind();
+  return out.dump();
 }
 
 }  // namespace treeroll

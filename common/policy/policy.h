@@ -1,44 +1,107 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "common/base/result.h"
-#include "common/policy/theta_layout.h"
-#include "common/policy/tree_model.h"
+#include "common/policy/controller.h"
 
 namespace treeroll {
 
-/// What learner and workers must agree on to turn a theta into a mixture: a tree, the layer that
-/// is explored, and the layout of theta. The content of a policy definition.
-struct Policy {
-  TreeModel tree;
-  int layer = 1;  ///< 1 .. tree.num_layers()
-  ThetaLayout layout = ThetaLayout::kMeansCholesky;
+class Policy;
+using PolicyPtr = std::shared_ptr<const Policy>;
 
-  int theta_dim() const;
-  /// theta of the tree as it stands at `layer`.
-  Eigen::VectorXd theta() const;
-  /// The tree with theta at `layer`.
-  TreeModel tree_with(const Eigen::Ref<const Eigen::VectorXd>& theta) const;
-  /// What a roll-out executes: the finest layer of tree_with(theta). Rewards are always taken
-  /// there (section 3-2-4). Like tree_with: the precondition is that of with_theta; throws
-  /// std::invalid_argument where theta is so extreme that rounding leaves no valid mixture.
-  Gmm decode(const Eigen::Ref<const Eigen::VectorXd>& theta) const;
+/// Theta of a layer that acts as a theta of the layer above it acted; nothing if that is so extreme
+/// that none does.
+using Projection = std::function<std::optional<Eigen::VectorXd>(const Eigen::VectorXd& theta)>;
+
+/// Where learning goes on when a layer is left.
+struct NextLayer {
+  PolicyPtr policy;
+  Projection project;  ///< from the layer left; it stays valid as long as it is kept
 };
 
-/// JSON with a format version, keys sorted, numbers in their shortest exact form: equal policies
-/// give equal text, and reading it back gives the same bits. Text from outside is checked fully:
-/// an Error names the place and the rule. The format:
+/// What a picture can show of a policy.
+struct PolicySketch {
+  /// Drawn as an ellipse over [input; output].
+  struct Gaussian {
+    Eigen::VectorXd mean;
+    Eigen::MatrixXd covariance;
+  };
+  struct Layer {
+    std::vector<Gaussian> gaussians;         ///< empty where the kind has none
+    std::unique_ptr<Controller> controller;  ///< what this layer alone would do
+  };
+  std::vector<Layer> layers;  ///< coarse to fine; roll-outs execute the last one
+  /// What there is to see lies over these inputs, for a policy of one input.
+  double input_low = 0;
+  double input_high = 1;
+  /// Equal for policies that differ at most in which of their numbers are explored.
+  std::string look;
+};
+
+/// A mapping from inputs to outputs at several resolutions, coarse (layer 1) to fine, of which one
+/// layer is explored: theta are the numbers that are explored there, everything else is the
+/// policy's own business. Immutable, shared between runs and threads. A new kind derives from this
+/// and is registered by name: policy_registry.h.
+class Policy {
+ public:
+  virtual ~Policy() = default;
+
+  virtual std::string_view kind() const = 0;  ///< its name in the registry
+  virtual int input_dim() const = 0;
+  virtual int output_dim() const = 0;
+  virtual int num_layers() const = 0;
+  virtual int layer() const = 0;  ///< that is explored, 1 .. num_layers()
+  /// The same behaviour, explored at another layer. Precondition: there is such a layer.
+  virtual PolicyPtr at_layer(int layer) const = 0;
+
+  virtual int theta_dim() const = 0;
+  /// Theta as the policy stands: theta_dim() numbers.
+  virtual Eigen::VectorXd theta() const = 0;
+  /// The policy with theta in place of its own. Throws std::invalid_argument where theta is so
+  /// extreme that there is none. Precondition: theta is finite and has theta_dim() numbers.
+  virtual PolicyPtr with(const Eigen::VectorXd& theta) const = 0;
+  /// What a roll-out executes: the finest layer, whatever layer is explored, for rewards are always
+  /// taken there (section 3-2-4). Throws std::invalid_argument as with() does.
+  virtual std::unique_ptr<Controller> controller() const = 0;
+
+  /// with(theta), explored one layer finer, and how roll-outs of this layer look there.
+  /// Throws std::invalid_argument as with() does. Precondition: this is not the last layer.
+  virtual NextLayer next_layer(const Eigen::VectorXd& theta) const = 0;
+
+  /// Numbers a study gives for the variance of the exploration noise (exploration.noise_variance),
+  /// the same for every layer.
+  virtual int noise_variance_dim() const = 0;
+  /// Those numbers for each element of theta.
+  /// @return  theta_dim() numbers. Precondition: there are noise_variance_dim() of them
+  virtual Eigen::VectorXd noise_variance(std::span<const double> given) const = 0;
+  /// Steps of theta that change the output alike: s_i = 1 / rms(du / dtheta_i), the mean over
+  /// inputs where the policy acts.
+  /// @return  theta_dim() numbers above 0, in units of theta_i per unit of output
+  virtual Eigen::VectorXd steps_of_equal_effect() const = 0;
+
+  virtual PolicySketch sketch() const = 0;
+  /// What to_json() writes of it: a JSON object, without "format", "version" and "kind".
+  virtual nlohmann::json content() const = 0;
+};
+
+/// The kind of a policy whose text or settings name none.
+inline constexpr std::string_view kDefaultPolicyKind = "tree";
+
+/// JSON, keys sorted, numbers in their shortest exact form: equal policies give equal text, and
+/// PolicyRegistry::from_json() gives back the same bits. What workers and the learner exchange, and
+/// what a policy file holds:
 ///
-///   {"format": "treeroll-policy", "version": 1, "frames": "eigenvector" | "cholesky",
-///    "layout": one of kThetaLayoutNames, "input_dim": 1, "layer": 2,
-///    "layers": [[{"parent": -1, "prior": .5, "mean": [d numbers],
-///                 "covariance": [lower triangle, row by row],
-///                 "axes": [d x d, row by row; eigenvector frames above the finest layer only]},
-///                ...], ...]}
+///   {"format": "treeroll-policy", "version": 1, "kind": NAME, ...}
+///
+/// with what the kind has to say of itself. A text without "kind" is a tree's.
 std::string to_json(const Policy& policy);
-Result<Policy> policy_from_json(std::string_view text);
 
 }  // namespace treeroll

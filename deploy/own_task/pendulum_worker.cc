@@ -6,7 +6,6 @@
 
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
-#include "common/policy/gmr.h"
 #include "workers/app/worker_main.h"
 #include "workers/tasks/task.h"
 #include "workers/tasks/trace.h"
@@ -29,16 +28,16 @@ class PendulumTask : public treeroll::Task {
     return {.input_dim = 1, .output_dim = 1, .reward_min = 0, .reward_max = 1, .time_limit_s = 5};
   }
 
-  treeroll::Evaluation evaluate(const treeroll::Gmm& policy, std::uint64_t /*seed*/) override {
-    return roll_out(policy, nullptr);
+  treeroll::Evaluation evaluate(treeroll::Controller& controller, std::uint64_t /*seed*/) override {
+    return roll_out(controller, nullptr);
   }
 
   /// For `treeroll-evaluate --trace` and for the report's pictures; a task may do without.
-  treeroll::Evaluation evaluate_traced(const treeroll::Gmm& policy, std::uint64_t /*seed*/,
+  treeroll::Evaluation evaluate_traced(treeroll::Controller& controller, std::uint64_t /*seed*/,
                                        treeroll::Trace& trace) override {
     trace.set_columns({"time_s", "angle_rad", "cart_m", "cart_acceleration_mps2", "cost"});
     trace.set_policy_columns({"time_s"}, {"cart_acceleration_mps2"});
-    return roll_out(policy, &trace);
+    return roll_out(controller, &trace);
   }
 
  private:
@@ -52,8 +51,8 @@ class PendulumTask : public treeroll::Task {
     double cart_rate = 0;
   };
 
-  treeroll::Evaluation roll_out(const treeroll::Gmm& policy, treeroll::Trace* trace) {
-    const treeroll::Gmr gmr(policy);
+  treeroll::Evaluation roll_out(treeroll::Controller& controller, treeroll::Trace* trace) {
+    controller.start();
     State state;
     double cost_min = std::numeric_limits<double>::infinity();
     for (int n = 0; n < duration_s_ / kStepS; ++n) {
@@ -61,7 +60,7 @@ class PendulumTask : public treeroll::Task {
       if (!(cost(state) < kCostMax)) return {.status = treeroll::RolloutStatus::kDiverged};
       cost_min = std::min(cost_min, cost(state));
       const double time_s = n * kStepS;
-      const double cart_acceleration_mps2 = gmr.regress(time_s);
+      const double cart_acceleration_mps2 = controller.act(time_s);
       if (trace != nullptr) {
         trace->add_row({time_s, state.angle, state.cart, cart_acceleration_mps2, cost(state)});
         trace->add_pose({{{state.cart, 0},

@@ -61,13 +61,12 @@ std::size_t choose_condition(const Study& study, const std::string& name) {
 }
 
 void check_dims(const Policy& policy, const TaskDescription& task, const fs::path& file) {
-  const Gmm finest = policy.tree.finest();
-  if (finest.input_dim() == task.input_dim && finest.output_dim() == task.output_dim) return;
+  if (policy.input_dim() == task.input_dim && policy.output_dim() == task.output_dim) return;
   throw ConfigError(
       "POLICY", file.string(),
       fmt::format("has {} inputs and {} outputs, must have {} inputs and {} outputs "
                   "for this task",
-                  finest.input_dim(), finest.output_dim(), task.input_dim, task.output_dim));
+                  policy.input_dim(), policy.output_dim(), task.input_dim, task.output_dim));
 }
 
 void write_trace(const fs::path& path, const RolloutTrace& trace) {
@@ -88,7 +87,7 @@ void write_trace(const fs::path& path, const RolloutTrace& trace) {
 
 void evaluate_policy(const EvaluateOptions& options) {
   check_paths(options);
-  const PolicyFile file = read_policy_file("POLICY", options.policy_file);
+  const PolicyFile file = read_policy_file("POLICY", options.policy_file, learnable_policies());
   const LoadedStudy loaded = load_study(options.study_file, options.overrides);
   const std::size_t chosen = choose_condition(loaded.study, options.condition);
   const Condition& condition = loaded.study.conditions[chosen];
@@ -99,7 +98,7 @@ void evaluate_policy(const EvaluateOptions& options) {
       throw condition_error(loaded, chosen, error);
     }
   }();
-  check_dims(file.policy, task, options.policy_file);
+  check_dims(*file.policy, task, options.policy_file);
 
   const PolicyEvaluation outcome = evaluate_with(options.worker_program, task,
                                                  {.task_content = condition.task_content,

@@ -149,7 +149,7 @@ bool LearnerCore::take_facts(const Turn&, const ContentHash& task_id,
                              const TaskDescription& facts) {
   for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
     if (task_ids_[c] != task_id) continue;
-    const Gmm policy = study_.conditions[c].start.finest();
+    const Policy& policy = *study_.conditions[c].start;
     if (policy.input_dim() == facts.input_dim && policy.output_dim() == facts.output_dim) {
       continue;
     }

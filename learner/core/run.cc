@@ -8,7 +8,7 @@ namespace treeroll::learner {
 namespace {
 
 Exploration start(const Study& study, const Condition& condition, int repetition) {
-  return Exploration(condition.exploration, condition.start, condition.layout, study.seed,
+  return Exploration(condition.exploration, *condition.start, study.seed,
                      static_cast<std::uint32_t>(repetition));
 }
 
@@ -83,13 +83,11 @@ std::optional<Answer> Run::answer_of(int number) const {
 
 std::string Run::best_policy() const {
   const Exploration::Best& best = exploration_.best();
-  Policy policy = exploration_.policy(best.layer);
   try {
-    policy.tree = policy.tree_with(best.theta);
+    return to_json(*exploration_.policy(best.layer).with(best.theta));
   } catch (const std::invalid_argument&) {
     return "";
   }
-  return to_json(policy);
 }
 
 RunRecord Run::record() const {

@@ -45,7 +45,7 @@ class Run {
   int num_failed() const { return num_failed_; }
   double last_reward() const { return records_.empty() ? 0 : last_reward_; }
 
-  /// Best policy so far as JSON; empty if its theta makes no mixture, which can only be while every
+  /// Best policy so far as JSON; empty if its theta makes none, which can only be while every
   /// roll-out has failed. Precondition: a result has been applied.
   std::string best_policy() const;
   RunRecord record() const;

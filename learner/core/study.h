@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "common/base/time.h"
-#include "common/policy/theta_layout.h"
-#include "common/policy/tree_model.h"
+#include "common/policy/policy.h"
 #include "learner/explore/exploration.h"
 
 namespace treeroll {
@@ -16,8 +15,7 @@ namespace treeroll {
 struct Condition {
   std::string name;          ///< unique in the study
   std::string task_content;  ///< JSON {"name": ..., "settings": {...}}, keys sorted
-  TreeModel start;           ///< policy before any roll-out
-  ThetaLayout layout = ThetaLayout::kMeansCholesky;
+  PolicyPtr start;           ///< before any roll-out; not null
   ExplorationSettings exploration;
 };
 

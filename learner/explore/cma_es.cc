@@ -6,7 +6,7 @@
 
 #include "common/base/check.h"
 #include "common/base/elementary.h"
-#include "common/policy/gmm.h"
+#include "common/base/mirrored.h"
 #include "learner/explore/perturbation.h"
 
 namespace treeroll {

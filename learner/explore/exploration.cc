@@ -10,32 +10,28 @@
 namespace treeroll {
 namespace {
 
-ExplorationSettings checked(ExplorationSettings settings, const TreeModel& start,
-                            ThetaLayout layout) {
-  const Gmm coarsest = start.layer(1);
-  const int component_dim =
-      theta_dim_per_component(layout, coarsest.input_dim(), coarsest.output_dim());
+ExplorationSettings checked(ExplorationSettings settings, const Policy& start) {
   CHECK(settings.num_rollouts >= 1, "a run needs a roll-out");
   CHECK(settings.in_flight >= 1, "nothing could ever be drawn");
   CHECK(settings.best_considered <= settings.first_update, "I exceeds S_init");
   CHECK(1 <= settings.first_layer && settings.first_layer <= settings.last_layer &&
             settings.last_layer <= start.num_layers(),
-        "layers to explore outside the tree");
+        "layers to explore outside the policy");
   CHECK(settings.sensitivity_coordinates ||
-            settings.noise_variance.size() == static_cast<std::size_t>(component_dim),
-        "noise_variance does not fit the layout of theta");
+            settings.noise_variance.size() == static_cast<std::size_t>(start.noise_variance_dim()),
+        "noise_variance does not fit theta");
   return settings;
 }
 
 }  // namespace
 
-Exploration::Exploration(ExplorationSettings settings, TreeModel start, ThetaLayout layout,
-                         std::uint64_t seed, std::uint32_t repetition)
-    : settings_(checked(std::move(settings), start, layout)),
+Exploration::Exploration(ExplorationSettings settings, const Policy& start, std::uint64_t seed,
+                         std::uint32_t repetition)
+    : settings_(checked(std::move(settings), start)),
       seed_(seed),
       repetition_(repetition),
-      policies_{Policy{std::move(start), settings_.first_layer, layout}},
-      search_(settings_, fresh_start(settings_, policies_.back())) {
+      policies_{start.at_layer(settings_.first_layer)},
+      search_(settings_, fresh_start(settings_, *policies_.back())) {
   draw_what_is_permitted();
 }
 
@@ -91,16 +87,15 @@ void Exploration::keep_if_best(const Draw& draw, double reward) {
 }
 
 bool Exploration::go_to_next_layer() {
-  const Policy& policy = policies_.back();
-  const LeftLayer left{policy, search_.distribution(), search_.best()};
+  const LeftLayer left{search_.distribution(), search_.best()};
   const Eigen::VectorXd carried = carried_theta(settings_, left);
   try {
-    Policy next{policy.tree_with(carried), policy.layer + 1, policy.layout};
-    static_cast<void>(next.tree.finest());  // what workers make of it
+    NextLayer next = policies_.back()->next_layer(carried);
+    static_cast<void>(next.policy->controller());  // what workers make of it
     search_ = LayerSearch(settings_, settings_.reuse ? start_with_experience(settings_, left, next,
                                                                              carried, num_told_)
-                                                     : fresh_start(settings_, next));
-    policies_.push_back(std::move(next));
+                                                     : fresh_start(settings_, *next.policy));
+    policies_.push_back(std::move(next.policy));
     return true;
   } catch (const std::invalid_argument&) {
     return false;
@@ -126,7 +121,7 @@ bool Exploration::done() const {
 
 const Policy& Exploration::policy(int layer) const {
   CHECK(settings_.first_layer <= layer && layer <= this->layer(), "this layer has not begun");
-  return policies_[static_cast<std::size_t>(layer - settings_.first_layer)];
+  return *policies_[static_cast<std::size_t>(layer - settings_.first_layer)];
 }
 
 }  // namespace treeroll

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -27,7 +26,7 @@ struct Draw {
 /// roll-out i is drawn as soon as max(0, i - in_flight + 1) results have been told, and ask()
 /// hands it out as it was drawn.
 ///
-///   Exploration run(settings, start, layout, seed, repetition);
+///   Exploration run(settings, start, seed, repetition);
 ///   while (!run.done()) {
 ///     while (std::optional<Draw> draw = run.ask()) execute(run.policy(draw->layer), *draw);
 ///     const auto [rollout, reward, status] = wait_for_a_result();
@@ -37,7 +36,7 @@ class Exploration {
  public:
   /// Precondition: the settings obey the rules of read_exploration_settings() for this start,
   /// num_rollouts and in_flight are at least 1.
-  Exploration(ExplorationSettings settings, TreeModel start, ThetaLayout layout, std::uint64_t seed,
+  Exploration(ExplorationSettings settings, const Policy& start, std::uint64_t seed,
               std::uint32_t repetition);
 
   /// The next roll-out in number order, or none until more results have been told.
@@ -59,8 +58,8 @@ class Exploration {
   /// out are told and may be the best, but nothing is learnt from them or drawn.
   bool stopped_early() const { return stopped_; }
   int num_told() const { return num_told_; }
-  int layer() const { return policies_.back().layer; }  ///< being explored
-  /// Tree as it was when `layer` began to be explored, with that layer: what theta~ refers to.
+  int layer() const { return policies_.back()->layer(); }  ///< being explored
+  /// The policy as it was when `layer` began to be explored: what theta~ refers to.
   /// Precondition: the layer has begun. The reference stays valid as long as the run.
   const Policy& policy(int layer) const;
   /// Current mean parameters of layer(). After an early stop as they were at the stop.
@@ -86,7 +85,7 @@ class Exploration {
   void draw_what_is_permitted();
   void keep_if_best(const Draw& draw, double reward);
   /// False, and the run stays in its layer until a later result, where the noise has driven theta
-  /// so far that rounding leaves no valid tree to go on from.
+  /// so far that rounding leaves no valid policy to go on from.
   bool go_to_next_layer();
   bool stops_after(double reward) const;
 
@@ -98,10 +97,9 @@ class Exploration {
   ExplorationSettings settings_;
   std::uint64_t seed_;
   std::uint32_t repetition_;
-  // Of the layers begun, the first being first_layer. A deque: references stay valid as it grows.
-  std::deque<Policy> policies_;
-  LayerSearch search_;            // of layer()
-  std::map<int, Pending> drawn_;  // not told yet, by number: at most in_flight
+  std::vector<PolicyPtr> policies_;  // of the layers begun, the first being first_layer
+  LayerSearch search_;               // of layer()
+  std::map<int, Pending> drawn_;     // not told yet, by number: at most in_flight
   int next_draw_ = 0;
   int next_ask_ = 0;
   int num_told_ = 0;

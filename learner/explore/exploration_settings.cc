@@ -139,8 +139,7 @@ class Reader {
 
 }  // namespace
 
-ExplorationSettings read_exploration_settings(SettingsReader& exploration, const TreeModel& start,
-                                              ThetaLayout layout) {
+ExplorationSettings read_exploration_settings(SettingsReader& exploration, const Policy& start) {
   ExplorationSettings settings;
   Reader reader(exploration, settings);
   const std::string rule = exploration.choice("rule", {"power", "pi2", "cem", "cma_es"}, "power");
@@ -157,9 +156,7 @@ ExplorationSettings read_exploration_settings(SettingsReader& exploration, const
     reader.read_population(12);
   }
   reader.read_convergence();
-  const Gmm coarsest = start.layer(1);
-  reader.read_noise(static_cast<std::size_t>(
-      theta_dim_per_component(layout, coarsest.input_dim(), coarsest.output_dim())));
+  reader.read_noise(static_cast<std::size_t>(start.noise_variance_dim()));
   reader.read_layers(start.num_layers());
   return settings;
 }

@@ -3,8 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "common/policy/theta_layout.h"
-#include "common/policy/tree_model.h"
+#include "common/policy/policy.h"
 
 namespace treeroll {
 
@@ -59,13 +58,12 @@ struct ExplorationSettings {
   bool operator==(const ExplorationSettings&) const = default;
 };
 
-/// Reads the [exploration] table of a study for a given start policy (number of layers, size of
-/// theta for one component). `num_rollouts` and `in_flight` are the study's and stay untouched.
-/// `noise_variance` is required, as no default could suit every task; `last_layer` is the tree's
-/// last by default, the rest as in ExplorationSettings.
+/// Reads the [exploration] table of a study for a given start policy (number of layers and of noise
+/// variances). `num_rollouts` and `in_flight` are the study's and stay untouched.
+/// `noise_variance` is required, as no default could suit every task; `last_layer` is the
+/// policy's last by default, the rest as in ExplorationSettings.
 /// Throws ConfigError. Does not call finish(): the caller does.
-ExplorationSettings read_exploration_settings(SettingsReader& exploration, const TreeModel& start,
-                                              ThetaLayout layout);
+ExplorationSettings read_exploration_settings(SettingsReader& exploration, const Policy& start);
 
 /// Factor of the minimum noise after n results of the run: 1 up to n0, then (n0 / n)^power.
 /// @param num_results  n, at least 1

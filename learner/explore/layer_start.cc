@@ -3,20 +3,22 @@
 #include <optional>
 #include <utility>
 
-#include "common/base/check.h"
-#include "learner/explore/experience.h"
 #include "learner/explore/power_update.h"
-#include "learner/explore/sensitivity.h"
+#include "learner/explore/projected_noise.h"
 
 namespace treeroll {
 namespace {
 
-/// The variances of one component, repeated for each component of theta.
-Eigen::VectorXd repeated(const std::vector<double>& of_component, Eigen::Index theta_dim) {
-  const auto size = static_cast<Eigen::Index>(of_component.size());
-  CHECK(size > 0 && theta_dim % size == 0, "noise_variance does not fit the size of theta");
-  return Eigen::Map<const Eigen::VectorXd>(of_component.data(), size)
-      .replicate(theta_dim / size, 1);
+/// The roll-outs of the layer left as roll-outs of the next. Those that no policy of the next layer
+/// represents (in practice failed ones, with a theta past all bounds) are left out.
+std::vector<RatedRollout> projected(const Projection& project,
+                                    std::span<const RatedRollout> rollouts) {
+  std::vector<RatedRollout> projected;
+  for (const RatedRollout& rollout : rollouts) {
+    std::optional<Eigen::VectorXd> theta = project(rollout.theta);
+    if (theta) projected.push_back({rollout.rollout, rollout.reward, *std::move(theta)});
+  }
+  return projected;
 }
 
 }  // namespace
@@ -25,8 +27,8 @@ LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy
   LayerStart start;
   start.distribution.mean = policy.theta();
   start.noise_variance = settings.sensitivity_coordinates
-                             ? sensitivity_scale(policy).array().square().matrix().eval()
-                             : repeated(settings.noise_variance, start.distribution.mean.size());
+                             ? policy.steps_of_equal_effect().array().square().matrix().eval()
+                             : policy.noise_variance(settings.noise_variance);
   const double factor = settings.sensitivity_coordinates
                             ? settings.initial_step * settings.initial_step
                             : settings.initial_noise_factor;
@@ -41,14 +43,14 @@ Eigen::VectorXd carried_theta(const ExplorationSettings& settings, const LeftLay
 }
 
 LayerStart start_with_experience(const ExplorationSettings& settings, const LeftLayer& left,
-                                 const Policy& next, const Eigen::VectorXd& carried,
+                                 const NextLayer& next, const Eigen::VectorXd& carried,
                                  int num_results_of_run) {
-  LayerStart start = fresh_start(settings, next);
-  const std::optional<Eigen::MatrixXd> jacobian = experience_jacobian(
-      left.policy, next, carried, left.distribution.noise.diagonal().cwiseSqrt());
+  LayerStart start = fresh_start(settings, *next.policy);
+  const std::optional<Eigen::MatrixXd> jacobian =
+      projection_jacobian(next.project, carried, left.distribution.noise.diagonal().cwiseSqrt());
   std::optional<Eigen::MatrixXd> learnt;
   if (settings.rule == RuleKind::kPower) {
-    start.experience = project_experience(left.policy, next, left.best);
+    start.experience = projected(next.project, left.best);
     if (start.experience.empty()) return start;
     std::optional<SearchDistribution> updated =
         power_update(start.experience, start.distribution.mean,

@@ -23,12 +23,11 @@ LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy
 
 /// What a layer that is left hands on.
 struct LeftLayer {
-  const Policy& policy;
   const SearchDistribution& distribution;  ///< as it was left
   std::span<const RatedRollout> best;      ///< its best roll-outs, best first
 };
 
-/// Theta of the layer left from whose tree the next layer goes on: the mean; with a population
+/// Theta of the layer left from whose policy the next layer goes on: the mean; with a population
 /// rule that reuses experience the best roll-out, for the mean of a population lags behind.
 Eigen::VectorXd carried_theta(const ExplorationSettings& settings, const LeftLayer& left);
 
@@ -39,7 +38,7 @@ Eigen::VectorXd carried_theta(const ExplorationSettings& settings, const LeftLay
 /// (every reward 0, a theta too extreme to project) the noise is the initial one.
 /// @param carried  carried_theta(), which `next` was made from
 LayerStart start_with_experience(const ExplorationSettings& settings, const LeftLayer& left,
-                                 const Policy& next, const Eigen::VectorXd& carried,
+                                 const NextLayer& next, const Eigen::VectorXd& carried,
                                  int num_results_of_run);
 
 }  // namespace treeroll

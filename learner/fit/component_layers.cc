@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/base/settings_reader.h"
-#include "common/policy/mixture_settings.h"
+#include "common/mixture/mixture_settings.h"
 
 namespace treeroll {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/policy/tree_model.h"
+#include "common/policy/tree/tree_model.h"
 
 namespace treeroll {
 
@@ -8,7 +8,7 @@ class SettingsReader;
 
 /// Reads a tree that is given component by component, a table a layer, coarse to fine:
 ///
-///   [layer_1]               # a mixture, as common/policy/mixture_settings.h reads it
+///   [layer_1]               # a mixture, as common/mixture/mixture_settings.h reads it
 ///   range = [0, 2]
 ///   outputs = [0, 0]
 ///   deviations = [.354, .3]

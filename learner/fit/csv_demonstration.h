@@ -1,11 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "common/policy/policy_registry.h"
 
 namespace treeroll {
 
@@ -14,9 +15,6 @@ class DemonstrationError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
-
-/// Gives the text of a file; throws DemonstrationError. The caller's, for a core reads no disk.
-using FileReader = std::function<std::string(const std::string& file)>;
 
 /// One observation a line under a line of column names, separated by commas; blanks around names
 /// and numbers do not count. Other columns are not looked at, except that each line has them all.

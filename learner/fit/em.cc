@@ -10,7 +10,8 @@
 
 #include "common/base/check.h"
 #include "common/base/elementary.h"
-#include "common/policy/frame.h"
+#include "common/base/mirrored.h"
+#include "common/policy/tree/frame.h"
 
 namespace treeroll {
 namespace {

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "common/policy/tree_model.h"
+#include "common/policy/tree/tree_model.h"
 #include "learner/fit/em.h"
 #include "learner/fit/split.h"
 

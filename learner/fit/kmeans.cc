@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/check.h"
+#include "common/base/mirrored.h"
 #include "common/base/random_stream.h"
 
 namespace treeroll {

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "common/policy/gmm.h"
+#include "common/mixture/gmm.h"
 #include "learner/fit/em.h"
 
 namespace treeroll {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "common/base/check.h"
-#include "common/policy/frame.h"
+#include "common/policy/tree/frame.h"
 
 namespace treeroll {
 namespace {

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <utility>
 
-#include "common/policy/gmm.h"
+#include "common/mixture/gmm.h"
 
 namespace treeroll {
 

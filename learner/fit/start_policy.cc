@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "common/base/settings_reader.h"
+#include "common/policy/kinds/standard_policies.h"
+#include "common/policy/tree/tree_policy.h"
 #include "learner/fit/component_layers.h"
 #include "learner/fit/demonstration_settings.h"
 #include "learner/fit/fit_tree.h"
@@ -92,8 +94,7 @@ std::vector<double> log_likelihoods(const TreeModel& tree, const Eigen::MatrixXd
   return by_layer;
 }
 
-/// @return  a policy whose layout is still to be set
-StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind,
+StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, ThetaLayout layout,
                               const FileReader& read_file) {
   const std::string model = policy.choice("model", {"tree", "flat", "top_down_tree"}, "tree");
   const Demonstration demonstration = read_demonstration(policy.table("demonstration"), read_file);
@@ -114,7 +115,7 @@ StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind,
                      : model == "tree" ? fit_bottom_up(data, components.front(), num_layers, fit)
                                        : fit_top_down(data, components.back(), num_layers, fit);
     std::vector<double> by_layer = log_likelihoods(tree, data);
-    return {.tree = std::move(tree),
+    return {.policy = std::make_shared<TreePolicy>(std::move(tree), 1, layout),
             .log_likelihoods = std::move(by_layer),
             .demonstration = std::make_shared<const Eigen::MatrixXd>(data)};
   } catch (const FitError& error) {
@@ -139,10 +140,14 @@ StartPolicy read_start_policy(SettingsReader& policy, const FileReader& read_fil
       policy.choice("frames", {"eigenvector", "cholesky"}, "eigenvector") == "cholesky"
           ? FrameKind::kCholesky
           : FrameKind::kEigenvector;
-  StartPolicy start = is_given ? StartPolicy{.tree = given_components(policy, frame_kind)}
-                               : fit_demonstration(policy, frame_kind, read_file);
-  start.layout = layout;
-  return start;
+  if (!is_given) return fit_demonstration(policy, frame_kind, layout, read_file);
+  return {.policy = std::make_shared<TreePolicy>(given_components(policy, frame_kind), 1, layout)};
+}
+
+PolicyRegistry learnable_policies() {
+  PolicyRegistry policies = standard_policies();
+  policies.set_start("tree", read_start_policy);
+  return policies;
 }
 
 }  // namespace treeroll

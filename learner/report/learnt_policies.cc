@@ -21,10 +21,6 @@ namespace {
 /// A picture shows no more of a trace.
 constexpr std::size_t kRowsMax = 400;
 
-std::string start_text(const Condition& condition) {
-  return to_json(Policy{condition.start, 1, condition.layout});
-}
-
 /// Roll-outs of one worker executable, each made once.
 class RolloutMaker {
  public:
@@ -71,6 +67,7 @@ class RolloutMaker {
 }  // namespace
 
 std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const StudyResults& results) {
+  const PolicyRegistry registry = learnable_policies();
   std::vector<LearntPolicy> policies;
   for (const Condition& condition : loaded.study.conditions) {
     LearntPolicy policy{.condition = condition.name, .start = condition.start};
@@ -80,7 +77,7 @@ std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const Study
       best = run;
     }
     if (best) {
-      Result<Policy> read = policy_from_json(best->best_policy);
+      Result<PolicyPtr> read = registry.from_json(best->best_policy);
       if (!read) {
         throw std::runtime_error(fmt::format("{}: policy of {}, repetition {}: {}",
                                              results.directory.string(), best->condition,
@@ -106,9 +103,10 @@ std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
   for (std::size_t i = 0; i < policies.size(); ++i) {
     const Condition& condition = loaded.study.conditions[i];
     LearntPolicy& policy = policies[i];
-    policy.start_rollout = maker.make(condition.task_content, start_text(condition));
-    if (policy.best)
+    policy.start_rollout = maker.make(condition.task_content, to_json(*policy.start));
+    if (policy.best) {
       policy.best_rollout = maker.make(condition.task_content, to_json(*policy.best));
+    }
     if (!policy.start_rollout || (policy.best && !policy.best_rollout)) {
       lacking.push_back(policy.condition);
     }
@@ -129,16 +127,15 @@ std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
 std::vector<StartModel> start_models(const LoadedStudy& loaded,
                                      const std::vector<LearntPolicy>& policies) {
   std::vector<StartModel> models;
-  std::map<std::string, std::size_t> known;  // by the text of the tree, whatever is explored of it
+  std::map<std::string, std::size_t> known;  // by the look of the policy
   for (std::size_t i = 0; i < policies.size(); ++i) {
-    const auto [place, is_new] =
-        known.emplace(to_json(Policy{policies[i].start, 1, ThetaLayout::kMeans}), models.size());
+    const auto [place, is_new] = known.emplace(policies[i].start->sketch().look, models.size());
     if (!is_new) {
       models[place->second].conditions.push_back(policies[i].condition);
       continue;
     }
     StartModel model{.conditions = {policies[i].condition},
-                     .tree = policies[i].start,
+                     .policy = policies[i].start,
                      .demonstration = loaded.demonstrations[i],
                      .log_likelihoods = loaded.log_likelihoods[i]};
     if (policies[i].start_rollout) {

@@ -45,20 +45,19 @@ std::size_t longest_form_bytes(std::string_view json) {
   return bytes + (number > 0 ? kLongestNumberBytes : 0);
 }
 
-void check_policy(const TreeModel& tree, ThetaLayout layout, int layer) {
-  const Policy policy{.tree = tree, .layer = layer, .layout = layout};
+void check_policy(const Policy& policy) {
   if (policy.theta_dim() > kThetaDimMax) {
     throw ConfigError("policy", "",
                       fmt::format("is too large: theta of layer {} has {} elements, must be at "
                                   "most {}",
-                                  layer, policy.theta_dim(), kThetaDimMax));
+                                  policy.layer(), policy.theta_dim(), kThetaDimMax));
   }
   const std::size_t bytes = longest_form_bytes(to_json(policy));
   if (bytes > kDefinitionBytesMax) {
     throw ConfigError("policy", "",
                       fmt::format("is too large for a message: up to {} bytes at layer {}, must be "
                                   "at most {}",
-                                  bytes, layer, kDefinitionBytesMax));
+                                  bytes, policy.layer(), kDefinitionBytesMax));
   }
 }
 
@@ -72,7 +71,7 @@ void check_message_sizes(const Condition& condition) {
   }
   const ExplorationSettings& exploration = condition.exploration;
   for (int layer = exploration.first_layer; layer <= exploration.last_layer; ++layer) {
-    check_policy(condition.start, condition.layout, layer);
+    check_policy(*condition.start->at_layer(layer));
   }
 }
 

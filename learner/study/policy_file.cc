@@ -18,7 +18,8 @@ constexpr std::size_t kPolicyBytesMax = std::size_t{1} << 20;
 
 }  // namespace
 
-PolicyFile read_policy_file(const std::string& key, const fs::path& path) {
+PolicyFile read_policy_file(const std::string& key, const fs::path& path,
+                            const PolicyRegistry& policies) {
   const auto refuse = [&](const std::string& rule) { throw ConfigError(key, path.string(), rule); };
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -35,7 +36,7 @@ PolicyFile read_policy_file(const std::string& key, const fs::path& path) {
   if (text.size() > kPolicyBytesMax) {
     refuse(fmt::format("is too large: must be at most {} bytes", kPolicyBytesMax));
   }
-  Result<Policy> policy = policy_from_json(text);
+  Result<PolicyPtr> policy = policies.from_json(text);
   if (!policy) refuse(policy.error().message);
   return {std::move(text), *std::move(policy)};
 }

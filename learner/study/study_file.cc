@@ -15,10 +15,8 @@
 #include <utility>
 
 #include "common/base/settings_reader.h"
-#include "common/policy/policy.h"
 #include "common/protocol/limits.h"
 #include "learner/explore/exploration_settings.h"
-#include "learner/fit/start_policy.h"
 #include "learner/study/demonstration_file.h"
 #include "learner/study/message_sizes.h"
 #include "learner/study/policy_file.h"
@@ -57,6 +55,8 @@ struct ResolvedPolicy {
 /// Conditions often share a policy, and fitting one takes time.
 class PolicyCache {
  public:
+  explicit PolicyCache(const PolicyRegistry& registry) : registry_(registry) {}
+
   const ResolvedPolicy& get(const json& settings) {
     const std::string key = settings.dump();
     const auto found = policies_.find(key);
@@ -67,7 +67,7 @@ class PolicyCache {
  private:
   /// A policy given as text takes the place of the one that the other settings describe. Those are
   /// checked all the same, but not kept.
-  static ResolvedPolicy read(json settings) {
+  ResolvedPolicy read(json settings) const {
     std::optional<ResolvedPolicy> given;
     if (settings.contains(kGivenPolicy)) {
       given = read_given(settings);
@@ -76,28 +76,28 @@ class PolicyCache {
     }
     json resolved;
     SettingsReader reader(settings, "policy", resolved);
-    StartPolicy start = read_start_policy(reader, read_demonstration_file);
+    StartPolicy start = registry_.read_start(reader, read_demonstration_file);
     reader.finish();
     if (given) return *given;
     return {.start = std::move(start), .settings = std::move(resolved)};
   }
 
-  static ResolvedPolicy read_given(const json& settings) {
+  ResolvedPolicy read_given(const json& settings) const {
     json resolved;
     SettingsReader reader(settings, "policy", resolved);
-    Result<Policy> policy = policy_from_json(reader.string(kGivenPolicy));
+    Result<PolicyPtr> policy = registry_.from_json(reader.string(kGivenPolicy));
     if (!policy) throw ConfigError("policy.given", "", policy.error().message);
-    return {.start = {.tree = std::move(policy->tree), .layout = policy->layout},
-            .settings = std::move(resolved)};
+    return {.start = {.policy = *std::move(policy)}, .settings = std::move(resolved)};
   }
 
+  const PolicyRegistry& registry_;
   std::map<std::string, ResolvedPolicy> policies_;
 };
 
 /// policy.start_file, read into policy.start: the resolved study then needs no other file. A path
 /// in the study file is relative to that file's folder, one of the command line to the current one.
 void read_start_file(const std::filesystem::path& study_file, const SettingOrigins& origins,
-                     json& policy) {
+                     const PolicyRegistry& policies, json& policy) {
   constexpr const char* kKey = "policy.start_file";
   const auto found = policy.find("start_file");
   if (found == policy.end()) return;
@@ -109,7 +109,7 @@ void read_start_file(const std::filesystem::path& study_file, const SettingOrigi
   if (path.is_relative() && origin_of(origins, kKey) != kCommandLineOrigin) {
     path = study_file.parent_path() / path;
   }
-  policy[kGivenPolicy] = to_json(read_policy_file(kKey, path).policy);
+  policy[kGivenPolicy] = to_json(*read_policy_file(kKey, path, policies).policy);
   policy.erase("start_file");
 }
 
@@ -154,10 +154,10 @@ Budget read_study_table(const json& settings, Study& study, json& resolved) {
   return budget;
 }
 
-ExplorationSettings read_exploration(const json& settings, const StartPolicy& policy, Budget budget,
+ExplorationSettings read_exploration(const json& settings, const Policy& policy, Budget budget,
                                      json& resolved) {
   SettingsReader reader(settings, "exploration", resolved);
-  ExplorationSettings exploration = read_exploration_settings(reader, policy.tree, policy.layout);
+  ExplorationSettings exploration = read_exploration_settings(reader, policy);
   reader.finish();
   exploration.num_rollouts = budget.num_rollouts;
   exploration.in_flight = budget.in_flight;
@@ -194,8 +194,9 @@ void find_demonstration_files(const std::filesystem::path& directory, json& sett
 /// Reads the conditions of a document one after the other.
 class StudyBuilder {
  public:
-  StudyBuilder(std::filesystem::path file, const StudyDocument& document)
-      : file_(std::move(file)), document_(document) {}
+  StudyBuilder(std::filesystem::path file, const StudyDocument& document,
+               const PolicyRegistry& policies)
+      : file_(std::move(file)), document_(document), registry_(policies), policies_(policies) {}
 
   void add_condition(std::size_t index) {
     json settings;
@@ -203,12 +204,12 @@ class StudyBuilder {
     find_demonstration_files(file_.parent_path(), settings);
     const std::string& name = document_.name(index);
     try {
-      read_start_file(file_, origins, settings.at("policy"));
+      read_start_file(file_, origins, registry_, settings.at("policy"));
       loaded_.study.conditions.push_back(read(name, settings));
     } catch (const ConfigError& error) {
       throw StudyError(origin_of(origins, error.key()), in_condition(error, name));
     } catch (const std::invalid_argument& error) {
-      // A mixture or a tree that cannot be, from settings that are each within their bounds.
+      // A policy that cannot be, from settings that are each within their bounds.
       throw StudyError(origin_of(origins, "policy"),
                        in_condition(ConfigError("policy", "", error.what()), name));
     }
@@ -230,12 +231,12 @@ class StudyBuilder {
     std::string task_content = read_task(settings.at("task"));
     const ResolvedPolicy& policy = policies_.get(settings.at("policy"));
     json exploration_table;
-    Condition condition{.name = name,
-                        .task_content = std::move(task_content),
-                        .start = policy.start.tree,
-                        .layout = policy.start.layout,
-                        .exploration = read_exploration(settings.at("exploration"), policy.start,
-                                                        budget, exploration_table)};
+    Condition condition{
+        .name = name,
+        .task_content = std::move(task_content),
+        .start = policy.start.policy,
+        .exploration = read_exploration(settings.at("exploration"), *policy.start.policy, budget,
+                                        exploration_table)};
     check_message_sizes(condition);
     loaded_.log_likelihoods.push_back(policy.start.log_likelihoods);
     loaded_.demonstrations.push_back(policy.start.demonstration);
@@ -286,6 +287,7 @@ class StudyBuilder {
 
   std::filesystem::path file_;
   const StudyDocument& document_;
+  const PolicyRegistry& registry_;
   PolicyCache policies_;
   LoadedStudy loaded_;
   json study_table_;
@@ -296,10 +298,10 @@ class StudyBuilder {
 
 }  // namespace
 
-LoadedStudy load_study(const std::filesystem::path& file,
-                       const std::vector<std::string>& overrides) {
+LoadedStudy load_study(const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                       const PolicyRegistry& policies) {
   const StudyDocument document(file, overrides);
-  StudyBuilder builder(file, document);
+  StudyBuilder builder(file, document, policies);
   for (std::size_t i = 0; i < document.num_conditions(); ++i) builder.add_condition(i);
   return builder.take();
 }
@@ -311,7 +313,7 @@ StudyError condition_error(const LoadedStudy& loaded, std::size_t condition,
 }
 
 void check_task(const LoadedStudy& loaded, std::size_t condition, TaskDims task) {
-  const Gmm policy = loaded.study.conditions.at(condition).start.finest();
+  const Policy& policy = *loaded.study.conditions.at(condition).start;
   if (policy.input_dim() == task.input_dim && policy.output_dim() == task.output_dim) return;
   throw condition_error(
       loaded, condition,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "learner/core/study.h"
+#include "learner/fit/start_policy.h"
 #include "learner/study/study_error.h"
 
 /// A study file (TOML; deploy/studies/README.md says what it may hold) to a Study ready to run.
@@ -31,8 +32,9 @@ struct LoadedStudy {
 /// Throws StudyError on anything that cannot be run, before anything is started: see StudyDocument
 /// for the file itself; unknown keys, wrong types and values out of bounds; more than 100 000 runs
 /// or 10^8 roll-outs, 10^6 of them in flight; a policy or a task too large for one message.
-LoadedStudy load_study(const std::filesystem::path& file,
-                       const std::vector<std::string>& overrides);
+/// @param policies  the kinds of policies a study may name
+LoadedStudy load_study(const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                       const PolicyRegistry& policies = learnable_policies());
 
 /// The error of a condition's setting, with where it stands, also for those whom a worker tells
 /// ("task.step_s").

@@ -8,22 +8,27 @@
 namespace treeroll::architecture {
 namespace {
 
-/// A library that only some rooms may include.
+/// What only some rooms may include, whatever the arrows allow.
 struct Owned {
   std::regex included;
-  std::string owner;
+  std::set<std::string> owners;
   std::string instead;
 };
 
-const std::vector<Owned>& owned_libraries() {
-  static const std::vector<Owned> libraries = {
-      {std::regex(R"(^lcm/|^(treeroll|lcmtypes)/.*_t\.hpp$)"), "common/transport",
+const std::vector<Owned>& owned() {
+  static const std::vector<Owned> owned = {
+      {std::regex(R"(^lcm/|^(treeroll|lcmtypes)/.*_t\.hpp$)"),
+       {"common/transport"},
        "LCM is known to common/transport alone: use common/protocol/messages.h and its Bus"},
-      {std::regex(R"(^ode/)"), "sim", "ODE is known to sim alone: use a plant of sim"},
-      {std::regex(R"(^Random123/)"), "common/base",
+      {std::regex(R"(^ode/)"), {"sim"}, "ODE is known to sim alone: use a plant of sim"},
+      {std::regex(R"(^Random123/)"),
+       {"common/base"},
        "use RandomStream of common/base/random_stream.h"},
+      {std::regex(R"(^common/policy/tree/)"),
+       {"common/policy/tree", "common/policy/kinds", "learner/fit"},
+       "what a policy is made of is its kind's business: use Policy of common/policy/policy.h"},
   };
-  return libraries;
+  return owned;
 }
 
 std::string join(const std::set<std::string>& words) {
@@ -58,13 +63,15 @@ std::vector<Finding> check_includes(const SourceFile& file) {
   std::vector<Finding> findings;
   if (room.empty()) return findings;
   for (const Include& include : file.includes) {
-    bool owned = false;
-    for (const Owned& library : owned_libraries()) {
-      if (!std::regex_search(include.included, library.included)) continue;
-      owned = true;
-      if (room != library.owner) findings.push_back({file.path, include.line, library.instead});
+    bool is_owned = false;
+    for (const Owned& rule : owned()) {
+      if (!std::regex_search(include.included, rule.included)) continue;
+      is_owned = true;
+      if (!rule.owners.contains(room)) {
+        findings.push_back({file.path, include.line, rule.instead});
+      }
     }
-    if (include.quoted && !owned) {
+    if (include.quoted && !is_owned) {
       for (Finding& finding : check_arrow(file, include, room)) findings.push_back(finding);
     }
     if (file.is_header() && std::regex_search(include.included, heavy)) {

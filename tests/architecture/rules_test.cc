@@ -26,9 +26,17 @@ std::vector<std::string> findings(const std::string& path, const std::string& te
   return messages;
 }
 
+TEST(IncludeRulesTest, WhatAPolicyIsMadeOfIsItsKindsBusiness) {
+  const std::string text = "#include \"common/policy/tree/tree_model.h\"\n";
+  for (const char* file : {"workers/app/a.cc", "learner/explore/a.cc", "learner/study/a.cc"}) {
+    EXPECT_THAT(findings(file, text), ElementsAre(HasSubstr("use Policy"))) << file;
+  }
+  EXPECT_THAT(findings("learner/fit/a.cc", text), IsEmpty());
+}
+
 TEST(IncludeRulesTest, AnIncludeAgainstAnArrowIsFoundWithFileLineAndWhatIsAllowed) {
-  EXPECT_THAT(findings("sim/a.cc", "#include <vector>\n#include \"common/policy/gmm.h\"\n"),
-              ElementsAre(AllOf(HasSubstr("sim/a.cc:2: "), HasSubstr("common/policy"),
+  EXPECT_THAT(findings("sim/a.cc", "#include <vector>\n#include \"common/mixture/gmm.h\"\n"),
+              ElementsAre(AllOf(HasSubstr("sim/a.cc:2: "), HasSubstr("common/mixture"),
                                 HasSubstr("common/base, sim"))));
 }
 

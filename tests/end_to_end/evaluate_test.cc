@@ -17,27 +17,7 @@ using nlohmann::json;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
-constexpr const char* kSwingUp = R"(
-[study]
-name = "swing_up"
-repetitions = 2
-rollouts = 40
-[task]
-name = "swing_up"
-plant = "ode"
-[policy]
-components = [2, 4]
-[exploration]
-noise_variance = [0.01, 0.3, 0.02]
-initial_noise_factor = 0.03
-convergence_window = 10
-[[conditions]]
-name = "tree"
-policy.model = "tree"
-[[conditions]]
-name = "flat"
-policy.model = "flat"
-)";
+const std::string kSwingUp = text_of({.repetitions = 2, .rollouts = 40});
 
 constexpr const char* kSynthetic = R"([study]
 name = "synthetic"

@@ -17,31 +17,9 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
-/// The swing-up in ODE: two conditions, five repetitions, about 5 s of processor time.
-constexpr const char* kSwingUp = R"(
-[study]
-name = "swing_up"
-seed = 4
-repetitions = 5
-rollouts = 100
-in_flight = 2
-order = "sequence"
-[task]
-name = "swing_up"
-plant = "ode"
-[policy]
-components = [2, 4]
-[exploration]
-noise_variance = [0.01, 0.3, 0.02]
-initial_noise_factor = 0.03
-convergence_window = 10
-[[conditions]]
-name = "tree"
-policy.model = "tree"
-[[conditions]]
-name = "flat"
-policy.model = "flat"
-)";
+/// Two conditions, five repetitions, about 5 s of processor time.
+const std::string kSwingUp =
+    text_of({.seed = 4, .repetitions = 5, .rollouts = 100, .in_flight = 2});
 
 /// Ten runs of a thousand roll-outs that take half a millisecond each.
 constexpr const char* kTenThousand = R"(

@@ -116,29 +116,7 @@ bool journal_grows(const fs::path& state, std::uintmax_t num_bytes) {
 }
 
 std::string swing_up_study(int rollouts) {
-  return fmt::format(R"(
-[study]
-name = "swing_up"
-seed = 11
-repetitions = 15
-rollouts = {}
-[task]
-name = "swing_up"
-plant = "ode"
-[policy]
-components = [2, 4]
-[exploration]
-noise_variance = [0.01, 0.3, 0.02]
-initial_noise_factor = 0.03
-convergence_window = 10
-[[conditions]]
-name = "tree"
-policy.model = "tree"
-[[conditions]]
-name = "flat"
-policy.model = "flat"
-)",
-                     rollouts);
+  return text_of({.seed = 11, .repetitions = 15, .rollouts = rollouts});
 }
 
 std::string synthetic_study(int rollouts, int duration_us) {

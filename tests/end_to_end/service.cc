@@ -139,4 +139,32 @@ bool eventually(std::chrono::seconds limit, const std::function<bool()>& conditi
   return true;
 }
 
+std::string text_of(const SwingUpStudy& study) {
+  return fmt::format(R"(
+[study]
+name = "swing_up"
+seed = {}
+repetitions = {}
+rollouts = {}
+in_flight = {}
+order = "sequence"
+[task]
+name = "swing_up"
+plant = "ode"
+[policy]
+components = [2, 4]
+[exploration]
+noise_variance = [0.01, 0.3, 0.02]
+initial_noise_factor = 0.03
+convergence_window = 10
+[[conditions]]
+name = "tree"
+policy.model = "tree"
+[[conditions]]
+name = "flat"
+policy.model = "flat"
+)",
+                     study.seed, study.repetitions, study.rollouts, study.in_flight);
+}
+
 }  // namespace treeroll::end_to_end

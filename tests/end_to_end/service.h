@@ -76,4 +76,13 @@ class Service {
 /// Waits, at most `limit`, until `condition` holds.
 bool eventually(std::chrono::seconds limit, const std::function<bool()>& condition);
 
+/// The swing-up in ODE, learnt by a tree and by a flat policy: roll-outs of about 5 ms.
+struct SwingUpStudy {
+  int seed = 1;
+  int repetitions = 2;
+  int rollouts = 40;
+  int in_flight = 1;
+};
+std::string text_of(const SwingUpStudy& study);
+
 }  // namespace treeroll::end_to_end

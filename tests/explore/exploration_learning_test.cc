@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/policy/gmr.h"
+#include "common/mixture/gmr.h"
 #include "trees.h"
 
 namespace treeroll {
@@ -37,7 +37,7 @@ Learnt learn(const ExplorationSettings& settings, const TreeModel& start,
   Exploration run = run_over_means(settings, start, repetition);
   Learnt learnt;
   while (const std::optional<Draw> draw = run.ask()) {
-    const double reward = trajectory_reward(run.policy(draw->layer).decode(draw->theta));
+    const double reward = trajectory_reward(tree_policy(run, draw->layer).decode(draw->theta));
     if (draw->rollout < 10) learnt.first += reward / 10;
     if (draw->rollout >= settings.num_rollouts - 10) learnt.last += reward / 10;
     run.tell(draw->rollout, reward, RolloutStatus::kOk);

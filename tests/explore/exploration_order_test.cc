@@ -86,7 +86,7 @@ TEST(ExplorationOrderTest, EqualKeysGiveEqualDrawsAndOthersOtherOnes) {
   ExplorationSettings settings = settings_for_means();
   settings.in_flight = 3;
   const auto draws = [&settings](std::uint64_t seed, std::uint32_t repetition) {
-    Exploration run(settings, flat_tree(), ThetaLayout::kMeans, seed, repetition);
+    Exploration run(settings, TreePolicy(flat_tree(), 1, ThetaLayout::kMeans), seed, repetition);
     return ask_all(run);
   };
   const std::vector<Draw> reference = draws(1, 1);

@@ -191,9 +191,10 @@ TEST(ExplorationPopulationTest, ASwitchGoesOnFromTheBestRolloutWithProjectedNois
       afresh.tell(i, reward, RolloutStatus::kOk);
     }
     EXPECT_EQ(run.switches(), std::vector<int>{9});
-    EXPECT_EQ(run.mean(), to_theta(ThetaLayout::kMeans, run.policy(1).tree_with(best).layer(2)));
+    EXPECT_EQ(run.mean(),
+              to_theta(ThetaLayout::kMeans, tree_policy(run, 1).tree_with(best).layer(2)));
     EXPECT_EQ(afresh.mean(),
-              to_theta(ThetaLayout::kMeans, afresh.policy(1).tree_with(mean_left).layer(2)));
+              to_theta(ThetaLayout::kMeans, tree_policy(afresh, 1).tree_with(mean_left).layer(2)));
     EXPECT_EQ(afresh.noise(),
               Eigen::Vector2d(.01, .04).replicate(4, 1).asDiagonal().toDenseMatrix());
     // Moving a parent's mean moves both children: their perturbations are coupled.

@@ -16,7 +16,8 @@ using nlohmann::json;
 ExplorationSettings read(const json& table, json& resolved,
                          ThetaLayout layout = ThetaLayout::kMeansCholesky) {
   SettingsReader reader(table, "exploration", resolved);
-  ExplorationSettings settings = read_exploration_settings(reader, two_layer_tree(), layout);
+  ExplorationSettings settings =
+      read_exploration_settings(reader, TreePolicy(two_layer_tree(), 1, layout));
   reader.finish();
   return settings;
 }

@@ -124,7 +124,7 @@ TEST(ExplorationSwitchTest, StaysWithEqualRewardsAndInTheLastLayer) {
   EXPECT_TRUE(equal.switches().empty());
   EXPECT_TRUE(equal_by_gain.switches().empty());
   EXPECT_TRUE(last.switches().empty());
-  EXPECT_EQ(last.policy(2).layer, 2);
+  EXPECT_EQ(last.policy(2).layer(), 2);
 }
 
 TEST(ExplorationSwitchTest, TheNextLayerStartsFromTheFinalMeanWithFreshNoise) {
@@ -142,8 +142,8 @@ TEST(ExplorationSwitchTest, TheNextLayerStartsFromTheFinalMeanWithFreshNoise) {
     in_layer_1.tell(i, falling(i), RolloutStatus::kOk);
   }
   ASSERT_EQ(run.layer(), 2);
-  const TreeModel expected = run.policy(1).tree_with(in_layer_1.mean());
-  EXPECT_EQ(run.policy(2).tree.layer(2)[3].mean, expected.layer(2)[3].mean);
+  const TreeModel expected = tree_policy(run, 1).tree_with(in_layer_1.mean());
+  EXPECT_EQ(tree_policy(run, 2).tree().layer(2)[3].mean, expected.layer(2)[3].mean);
   EXPECT_EQ(run.mean(), to_theta(ThetaLayout::kMeans, expected.layer(2)));
   EXPECT_EQ(run.mean().size(), 8);
   EXPECT_NE(run.mean(), to_theta(ThetaLayout::kMeans, two_layer_tree().layer(2)));
@@ -166,7 +166,7 @@ TEST(ExplorationSwitchTest, StaysInItsLayerWhileNoTreeCanBeMadeOfItsMean) {
       while (run.ask()) continue;
       run.tell(i, 1 + .01 * i, RolloutStatus::kOk);
       if (i < 4 || run.layer() > 1) continue;
-      EXPECT_THROW(static_cast<void>(run.policy(1).tree_with(run.mean()).finest()),
+      EXPECT_THROW(static_cast<void>(tree_policy(run, 1).tree_with(run.mean()).finest()),
                    std::invalid_argument);
     }
     EXPECT_EQ(run.num_told(), 30);

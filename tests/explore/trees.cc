@@ -29,6 +29,10 @@ TreeModel three_layer_tree() {
                                 {{}, {0, 1}, {0, 0, 1, 1}});
 }
 
+const TreePolicy& tree_policy(const Exploration& run, int layer) {
+  return dynamic_cast<const TreePolicy&>(run.policy(layer));
+}
+
 ExplorationSettings settings_for_means() {
   ExplorationSettings settings;
   settings.noise_variance = {.01, .04};
@@ -37,7 +41,7 @@ ExplorationSettings settings_for_means() {
 
 Exploration run_over_means(const ExplorationSettings& settings, TreeModel start,
                            std::uint32_t repetition) {
-  return {settings, std::move(start), ThetaLayout::kMeans, 7, repetition};
+  return {settings, TreePolicy(std::move(start), 1, ThetaLayout::kMeans), 7, repetition};
 }
 
 }  // namespace treeroll

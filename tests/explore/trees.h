@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/policy/policy.h"
+#include "common/policy/tree/tree_policy.h"
 #include "learner/explore/exploration.h"
 
 namespace treeroll {
@@ -13,6 +13,9 @@ TreeModel flat_tree();
 TreeModel two_layer_tree();
 /// Two Gaussians over two, one below each, over four: theta of layers 1 and 2 has one size.
 TreeModel three_layer_tree();
+
+/// The policy of a run over trees.
+const TreePolicy& tree_policy(const Exploration& run, int layer);
 
 /// For theta in the layout of means: variances .01 and .04 of each component.
 ExplorationSettings settings_for_means();

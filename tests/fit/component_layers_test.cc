@@ -9,7 +9,8 @@
 #include "common/base/settings_reader.h"
 #include "common/policy/policy.h"
 #include "learner/fit/start_policy.h"
-#include "tests/policy/random_mixture.h"
+#include "tests/fit/start_tree.h"
+#include "tests/mixture/random_mixture.h"
 
 namespace treeroll {
 namespace {
@@ -45,11 +46,11 @@ std::string error_of(const std::string& keys) {
 
 TEST(ComponentLayersTest, BuildsTheTreeOfTheFirstExperiment) {
   const StartPolicy start = read(kExperiment);
-  EXPECT_EQ(start.layout, ThetaLayout::kMeans);
-  ASSERT_EQ(start.tree.num_layers(), 2);
-  EXPECT_THAT(start.tree.parents(2), ElementsAre(0, 0, 1, 1));
+  EXPECT_EQ(tree_policy(start).layout(), ThetaLayout::kMeans);
+  ASSERT_EQ(tree_of(start).num_layers(), 2);
+  EXPECT_THAT(tree_of(start).parents(2), ElementsAre(0, 0, 1, 1));
   for (int k = 0; k < 4; ++k) {
-    const Component component = start.tree.finest()[k];
+    const Component component = tree_of(start).finest()[k];
     EXPECT_NEAR(component.mean[0], (k + .5) * 2 / 4, 1e-15);
     EXPECT_NEAR(component.mean[1], 0, 1e-15);
     EXPECT_NEAR(component.prior, .25, 1e-15);
@@ -57,15 +58,15 @@ TEST(ComponentLayersTest, BuildsTheTreeOfTheFirstExperiment) {
         (component.covariance - Eigen::Matrix2d(Eigen::Vector2d(.0625, .09).asDiagonal())).norm(),
         1e-15);
   }
-  EXPECT_NEAR(start.tree.layer(1)[1].mean[0], 1.5, 1e-15);
-  EXPECT_NEAR(start.tree.layer(1)[1].covariance(0, 0), .125, 1e-8);
+  EXPECT_NEAR(tree_of(start).layer(1)[1].mean[0], 1.5, 1e-15);
+  EXPECT_NEAR(tree_of(start).layer(1)[1].covariance(0, 0), .125, 1e-8);
 }
 
 TEST(ComponentLayersTest, AFlatModelIsTheFinestLayer) {
   const StartPolicy tree = read(kExperiment);
   const StartPolicy flat = read(kExperiment + R"(, "model": "flat")");
-  EXPECT_EQ(flat.tree.num_layers(), 1);
-  EXPECT_EQ(test::distance(flat.tree.finest(), tree.tree.finest()), 0);
+  EXPECT_EQ(tree_of(flat).num_layers(), 1);
+  EXPECT_EQ(test::distance(tree_of(flat).finest(), tree_of(tree).finest()), 0);
 }
 
 TEST(ComponentLayersTest, TakesAnyDimensionsAndAnyNumberOfChildren) {
@@ -74,10 +75,10 @@ TEST(ComponentLayersTest, TakesAnyDimensionsAndAnyNumberOfChildren) {
       "layer_2": {"inputs": 2, "means": [[0, 0, 1], [1, 1, 1], [2, 2, 2]],
                   "covariances": [[1, 0, 1, 0, 0, 1]], "parents": [1, 1, 1]},
       "layer_3": {"inputs": 2, "means": [[0, 0, 5]], "deviations": [1, 1, 1], "parents": [3]})");
-  EXPECT_EQ(start.tree.frame_kind(), FrameKind::kCholesky);
-  EXPECT_EQ(start.tree.num_layers(), 3);
-  EXPECT_EQ(start.tree.input_dim(), 2);
-  EXPECT_NEAR(start.tree.finest()[0].mean[2], 5, 1e-14);
+  EXPECT_EQ(tree_of(start).frame_kind(), FrameKind::kCholesky);
+  EXPECT_EQ(tree_of(start).num_layers(), 3);
+  EXPECT_EQ(tree_of(start).input_dim(), 2);
+  EXPECT_NEAR(tree_of(start).finest()[0].mean[2], 5, 1e-14);
 }
 
 TEST(ComponentLayersTest, ResolvesToSettingsThatGiveTheSamePolicy) {
@@ -85,7 +86,7 @@ TEST(ComponentLayersTest, ResolvesToSettingsThatGiveTheSamePolicy) {
   const StartPolicy start = read(kExperiment, &resolved);
   const std::string text = resolved.dump();
   const StartPolicy again = read(text.substr(1, text.size() - 2));
-  EXPECT_EQ(to_json({again.tree, 1, again.layout}), to_json({start.tree, 1, start.layout}));
+  EXPECT_EQ(to_json(*again.policy), to_json(*start.policy));
 }
 
 TEST(ComponentLayersTest, RefusesWhatIsNoTreeNamingTheKey) {

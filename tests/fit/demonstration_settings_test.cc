@@ -12,7 +12,8 @@
 #include "learner/fit/fit_tree.h"
 #include "learner/fit/kmeans.h"
 #include "learner/fit/start_policy.h"
-#include "tests/policy/random_mixture.h"
+#include "tests/fit/start_tree.h"
+#include "tests/mixture/random_mixture.h"
 
 namespace treeroll {
 namespace {
@@ -73,16 +74,16 @@ TEST_F(DemonstrationSettingsTest, FitsTheColumnsOfFiles) {
                                     {"demonstration", demonstration()},
                                     {"layout", "reduced_pourahmadi"}},
                                    &resolved);
-  EXPECT_EQ(policy.layout, ThetaLayout::kReducedPourahmadi);
-  EXPECT_EQ(policy.tree.input_dim(), 1);
-  EXPECT_EQ(policy.tree.dim(), 3);
+  EXPECT_EQ(tree_policy(policy).layout(), ThetaLayout::kReducedPourahmadi);
+  EXPECT_EQ(tree_of(policy).input_dim(), 1);
+  EXPECT_EQ(tree_of(policy).dim(), 3);
   const double variance_t = (40. * 40 - 1) / 12;
   EXPECT_NEAR(resolved["fit"]["regularisation"][0], 1e-4 * variance_t, 1e-12);
   // The slope of y over t is 3, but for a ripple.
-  const Component component = policy.tree.finest()[1];
+  const Component component = tree_of(policy).finest()[1];
   EXPECT_NEAR(component.covariance(1, 0) / component.covariance(0, 0), 3, .3);
   const StartPolicy again = start(resolved);
-  EXPECT_EQ(to_json({again.tree, 1, again.layout}), to_json({policy.tree, 1, policy.layout}));
+  EXPECT_EQ(to_json(*again.policy), to_json(*policy.policy));
 }
 
 TEST_F(DemonstrationSettingsTest, AStartByKmeansIsTheFitFromItsClusters) {
@@ -96,9 +97,9 @@ TEST_F(DemonstrationSettingsTest, AStartByKmeansIsTheFitFromItsClusters) {
   const Demonstration data =
       read_demonstration(SettingsReader(files, "d", resolved), reader_of_files());
   const Gmm clusters = kmeans(data.data, 1, 3, 5, data.regularisation);
-  EXPECT_EQ(test::distance(policy.tree.finest(), clusters), 0);
+  EXPECT_EQ(test::distance(tree_of(policy).finest(), clusters), 0);
   table["fit"]["iterations"] = 50;
-  EXPECT_GE(mean_log_likelihood(start(table).tree.finest(), data.data),
+  EXPECT_GE(mean_log_likelihood(tree_of(start(table)).finest(), data.data),
             mean_log_likelihood(clusters, data.data) - .01);
   table["fit"]["initial_output_deviation"] = 3;
   EXPECT_THROW(start(table), ConfigError);
@@ -109,8 +110,8 @@ TEST_F(DemonstrationSettingsTest, SeveralInputsFitATree) {
   files["inputs"] = {"t", "x"};
   files["outputs"] = {"y"};
   const StartPolicy policy = start({{"components", {1, 2}}, {"demonstration", files}});
-  EXPECT_EQ(policy.tree.input_dim(), 2);
-  EXPECT_EQ(policy.tree.num_layers(), 2);
+  EXPECT_EQ(tree_of(policy).input_dim(), 2);
+  EXPECT_EQ(tree_of(policy).num_layers(), 2);
 }
 
 TEST_F(DemonstrationSettingsTest, RefusesFilesThatHaveChangedSinceTheyWereResolved) {

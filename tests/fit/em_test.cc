@@ -6,8 +6,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "common/policy/frame.h"
-#include "tests/policy/random_mixture.h"
+#include "common/policy/tree/frame.h"
+#include "tests/mixture/random_mixture.h"
 
 namespace treeroll {
 namespace {

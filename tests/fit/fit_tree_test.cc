@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "learner/fit/demonstration.h"
-#include "tests/policy/random_mixture.h"
+#include "tests/mixture/random_mixture.h"
 
 namespace treeroll {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/policy/random_mixture.h"
+#include "tests/mixture/random_mixture.h"
 
 namespace treeroll {
 namespace {

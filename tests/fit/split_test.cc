@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "common/policy/frame.h"
-#include "tests/policy/random_mixture.h"
+#include "common/policy/tree/frame.h"
+#include "tests/mixture/random_mixture.h"
 
 namespace treeroll {
 namespace {

@@ -10,7 +10,8 @@
 #include "common/policy/policy.h"
 #include "learner/fit/demonstration.h"
 #include "learner/fit/fit_tree.h"
-#include "tests/policy/random_mixture.h"
+#include "tests/fit/start_tree.h"
+#include "tests/mixture/random_mixture.h"
 
 namespace treeroll {
 namespace {
@@ -39,20 +40,21 @@ std::string error_of(const std::string& text) {
 
 TEST(StartPolicyTest, GivesTheTreeOfTheSwingUpByDefault) {
   const StartPolicy policy = read("{}");
-  EXPECT_EQ(policy.layout, ThetaLayout::kMeansCholesky);
-  EXPECT_EQ(policy.tree.frame_kind(), FrameKind::kEigenvector);
+  EXPECT_EQ(tree_policy(policy).layout(), ThetaLayout::kMeansCholesky);
+  EXPECT_EQ(tree_of(policy).frame_kind(), FrameKind::kEigenvector);
   FitSettings settings;
   settings.em.regularisation = Eigen::Vector2d(1e-3, 1);
   const TreeModel expected = fit_bottom_up(demonstrate({}), 2, 2, settings);
-  EXPECT_EQ(to_json({policy.tree, 1, policy.layout}), to_json({expected, 1, policy.layout}));
+  EXPECT_EQ(to_json(*policy.policy),
+            to_json(TreePolicy(expected, 1, tree_policy(policy).layout())));
 }
 
 TEST(StartPolicyTest, TellsHowWellEachLayerDescribesTheDemonstration) {
   const StartPolicy policy = read("{}");
   ASSERT_EQ(policy.log_likelihoods.size(), 2);
   const Eigen::MatrixXd data = demonstrate({});
-  EXPECT_EQ(policy.log_likelihoods[0], mean_log_likelihood(policy.tree.layer(1), data));
-  EXPECT_EQ(policy.log_likelihoods[1], mean_log_likelihood(policy.tree.layer(2), data));
+  EXPECT_EQ(policy.log_likelihoods[0], mean_log_likelihood(tree_of(policy).layer(1), data));
+  EXPECT_EQ(policy.log_likelihoods[1], mean_log_likelihood(tree_of(policy).layer(2), data));
   EXPECT_GT(policy.log_likelihoods[1], policy.log_likelihoods[0]);  // four Gaussians, not two
 }
 
@@ -77,20 +79,22 @@ TEST(StartPolicyTest, ReadsEveryKey) {
   settings.initial_output_deviation = 4;
   const Eigen::MatrixXd data = demonstrate({2, 100, {.1, -.2, .3, .05}});
   const TreeModel expected = fit_top_down(data, 4, 3, settings);
-  EXPECT_EQ(policy.layout, ThetaLayout::kMeans);
-  EXPECT_EQ(to_json({policy.tree, 1, policy.layout}), to_json({expected, 1, policy.layout}));
+  EXPECT_EQ(tree_policy(policy).layout(), ThetaLayout::kMeans);
+  EXPECT_EQ(to_json(*policy.policy),
+            to_json(TreePolicy(expected, 1, tree_policy(policy).layout())));
 
   settings = {};
   settings.em.regularisation = Eigen::Vector2d(1e-3, 1);
   settings.split.axis = SplitAxis::kPrincipal;
   const TreeModel principal = fit_bottom_up(demonstrate({}), 2, 2, settings);
-  EXPECT_EQ(to_json({read(R"({"fit": {"split_axis": "principal"}})").tree}), to_json({principal}));
+  EXPECT_EQ(to_json(*read(R"({"fit": {"split_axis": "principal"}})").policy),
+            to_json(TreePolicy(principal, 1, ThetaLayout::kMeansCholesky)));
 }
 
 TEST(StartPolicyTest, UsesTheLastLayersNumberForAFlatModel) {
   const StartPolicy policy = read(R"({"model": "flat", "components": [2, 5]})");
-  EXPECT_EQ(policy.tree.num_layers(), 1);
-  EXPECT_EQ(policy.tree.num_components(1), 5);
+  EXPECT_EQ(tree_of(policy).num_layers(), 1);
+  EXPECT_EQ(tree_of(policy).num_components(1), 5);
 }
 
 TEST(StartPolicyTest, ResolvesToSettingsThatGiveTheSamePolicy) {
@@ -99,7 +103,7 @@ TEST(StartPolicyTest, ResolvesToSettingsThatGiveTheSamePolicy) {
   EXPECT_EQ(resolved["demonstration"]["samples"], 200);
   EXPECT_EQ(resolved["fit"]["iterations"], 500);
   const StartPolicy again = read(resolved.dump());
-  EXPECT_EQ(to_json({again.tree, 2, again.layout}), to_json({policy.tree, 2, policy.layout}));
+  EXPECT_EQ(to_json(*again.policy->at_layer(2)), to_json(*policy.policy->at_layer(2)));
 }
 
 TEST(StartPolicyTest, RefusesWhatCannotBeUsedNamingTheKey) {
@@ -113,7 +117,7 @@ TEST(StartPolicyTest, RefusesWhatCannotBeUsedNamingTheKey) {
       {R"({"components": [128]})", "at most 64"},
       {R"({"components": [1,1,1,1,1,1,1,1,1]})", "from 1 to 8 numbers"},
       {R"({"components": 4})", "policy.components"},
-      {R"({"layout": "psi"})", "policy.layout"},
+      {R"({"layout": "psi"})", "tree_policy(policy).layout()"},
       {R"({"frames": "global"})", "policy.frames"},
       {R"({"colour": 1})", "policy.colour"},
       {R"({"demonstration": 1})", "policy.demonstration"},

@@ -8,13 +8,14 @@
 #include <vector>
 
 #include "common/base/random_stream.h"
+#include "common/policy/tree/tree_policy.h"
 #include "tests/learner_core/effects.h"
 #include "tests/learner_core/fake_worker.h"
 
 namespace treeroll::learner {
 
 /// A flat policy of two components, means explored: theta has 4 elements.
-inline TreeModel small_tree(double offset = 0) {
+inline PolicyPtr small_policy(double offset = 0) {
   std::vector<Component> components;
   for (const double t : {0., 1.}) {
     Component component;
@@ -23,11 +24,13 @@ inline TreeModel small_tree(double offset = 0) {
     component.covariance = Eigen::Matrix2d::Identity() * .1;
     components.push_back(component);
   }
-  return TreeModel::from_global(FrameKind::kEigenvector, {Gmm(1, components)}, {{}});
+  return std::make_shared<TreePolicy>(
+      TreeModel::from_global(FrameKind::kEigenvector, {Gmm(1, components)}, {{}}), 1,
+      ThetaLayout::kMeans);
 }
 
 inline Study small_study(int num_rollouts, int repetitions, int in_flight = 1) {
-  Condition condition{"flat", R"({"name":"bump","settings":{}})", small_tree(), ThetaLayout::kMeans,
+  Condition condition{"flat", R"({"name":"bump","settings":{}})", small_policy(),
                       ExplorationSettings{}};
   condition.exploration.num_rollouts = num_rollouts;
   condition.exploration.in_flight = in_flight;

@@ -26,7 +26,8 @@ enum Purpose : std::uint32_t {
 Condition quick_condition(Dice& dice, int index) {
   const bool is_deep = dice.chance(.2);
   Condition condition{"condition" + std::to_string(index), kTaskContent,
-                      is_deep ? three_layer_tree() : two_layer_tree(), ThetaLayout::kMeans,
+                      std::make_shared<TreePolicy>(is_deep ? three_layer_tree() : two_layer_tree(),
+                                                   1, ThetaLayout::kMeans),
                       settings_for_means()};
   ExplorationSettings& exploration = condition.exploration;
   exploration.num_rollouts = is_deep ? dice.between(28, 36) : dice.between(14, 30);
@@ -34,7 +35,7 @@ Condition quick_condition(Dice& dice, int index) {
   exploration.best_considered = dice.between(1, exploration.first_update);
   exploration.convergence_window = dice.between(3, 6);
   exploration.convergence_slope = dice.chance(.8) ? kAnySlope : .01;
-  exploration.last_layer = condition.start.num_layers();
+  exploration.last_layer = condition.start->num_layers();
   exploration.reuse = dice.chance(.5);
   return condition;
 }

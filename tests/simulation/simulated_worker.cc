@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "common/base/check.h"
-#include "common/policy/policy.h"
+#include "common/policy/kinds/standard_policies.h"
 
 namespace treeroll::simulation {
 namespace {
@@ -43,9 +43,9 @@ worker::DefinitionFacts facts_of(worker::DefinitionKind kind, const std::string&
     facts.theta_dim = known->second;
     return facts;
   }
-  const Result<Policy> policy = policy_from_json(content);
+  const Result<PolicyPtr> policy = standard_policies().from_json(content);
   CHECK(policy, "the learner publishes a policy that cannot be read");
-  facts.theta_dim = policy->theta_dim();
+  facts.theta_dim = (*policy)->theta_dim();
   if (theta_dims.size() > 1000) theta_dims.clear();
   theta_dims.emplace(content, facts.theta_dim);
   return facts;

@@ -22,10 +22,8 @@ inline void expect_equal(const Study& a, const Study& b) {
     const Condition& second = b.conditions[i];
     EXPECT_EQ(first.name, second.name);
     EXPECT_EQ(first.task_content, second.task_content) << first.name;
-    EXPECT_EQ(first.layout, second.layout) << first.name;
     EXPECT_EQ(first.exploration, second.exploration) << first.name;
-    EXPECT_EQ(to_json(Policy{.tree = first.start, .layer = 1, .layout = first.layout}),
-              to_json(Policy{.tree = second.start, .layer = 1, .layout = second.layout}))
+    EXPECT_EQ(to_json(*first.start->at_layer(1)), to_json(*second.start->at_layer(1)))
         << first.name;
   }
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "learner/study/study_file.h"
+#include "tests/fit/start_tree.h"
 #include "tests/study/equal_studies.h"
 #include "tests/study/study_text.h"
 
@@ -36,9 +37,9 @@ TEST(ShippedStudiesTest, Thesis43IsTable43) {
   for (int plant = 0; plant < 10; ++plant) {
     const int i = plant / 2;
     const Condition& condition = study.conditions[plant];
-    EXPECT_EQ(condition.start.num_layers(), num_layers[i]) << condition.name;
-    EXPECT_EQ(condition.start.finest().num_components(), 4) << condition.name;
-    EXPECT_EQ(condition.layout, ThetaLayout::kMeansCholesky);
+    EXPECT_EQ(condition.start->num_layers(), num_layers[i]) << condition.name;
+    EXPECT_EQ(tree_policy(*condition.start).tree().finest().num_components(), 4) << condition.name;
+    EXPECT_EQ(tree_policy(*condition.start).layout(), ThetaLayout::kMeansCholesky);
     ExplorationSettings table_4_3;
     table_4_3.num_rollouts = 200;
     table_4_3.first_update = 10;
@@ -71,17 +72,17 @@ TEST(ShippedStudiesTest, Thesis41And42AreTables41And42) {
       SCOPED_TRACE(condition.name);
       const bool is_flat = condition.name.find("flat") != std::string::npos;
       const bool is_layer_1 = condition.name.find("layer_1") != std::string::npos;
-      EXPECT_EQ(condition.layout,
+      EXPECT_EQ(tree_policy(*condition.start).layout(),
                 study == &first ? ThetaLayout::kMeans : ThetaLayout::kMeansCholesky);
-      EXPECT_EQ(condition.start.num_layers(), is_flat ? 1 : 2);
+      EXPECT_EQ(condition.start->num_layers(), is_flat ? 1 : 2);
       for (int k = 0; k < 4; ++k) {
-        const Component component = condition.start.finest()[k];
+        const Component component = tree_policy(*condition.start).tree().finest()[k];
         EXPECT_NEAR(component.mean[0], (k + .5) * duration_s / 4, 1e-14);
         EXPECT_NEAR(component.covariance(0, 0), duration_s * duration_s / 64, 1e-14);
       }
       if (!is_flat) {
-        EXPECT_NEAR(condition.start.layer(1)[0].covariance(0, 0), duration_s * duration_s / 32,
-                    1e-14);
+        EXPECT_NEAR(tree_policy(*condition.start).tree().layer(1)[0].covariance(0, 0),
+                    duration_s * duration_s / 32, 1e-14);
       }
       const ExplorationSettings& e = condition.exploration;
       EXPECT_EQ(e.num_rollouts, 400);
@@ -136,9 +137,9 @@ TEST(ShippedStudiesTest, TheReuseStudyDiffersInReuseAlone) {
 TEST(ShippedStudiesTest, TheSpiralComparesTwoLayoutsOfOneStart) {
   const Study study = load_study(kStudies / "spiral.toml", {}).study;
   EXPECT_THAT(names_of(study), ElementsAre("cholesky", "pourahmadi"));
-  EXPECT_EQ(study.conditions[0].layout, ThetaLayout::kMeansCholesky);
-  EXPECT_EQ(study.conditions[1].layout, ThetaLayout::kMeansPourahmadi);
-  const Gmm start = study.conditions[0].start.finest();
+  EXPECT_EQ(tree_policy(*study.conditions[0].start).layout(), ThetaLayout::kMeansCholesky);
+  EXPECT_EQ(tree_policy(*study.conditions[1].start).layout(), ThetaLayout::kMeansPourahmadi);
+  const Gmm start = tree_policy(*study.conditions[0].start).tree().finest();
   ASSERT_EQ(start.num_components(), 6);
   for (int k = 0; k < 6; ++k) {
     EXPECT_EQ(start[k].mean, Eigen::Vector3d(k * M_PI, 0, 0));
@@ -159,7 +160,7 @@ TEST(ShippedStudiesTest, TheQuickstartHasSeveralTreeRuns) {
   const Study study = load_study(kStudies / "swing_up.toml", {}).study;
   EXPECT_GE(study.num_runs(), 3);
   for (const Condition& condition : study.conditions) {
-    EXPECT_GE(condition.start.num_layers(), 2) << condition.name;
+    EXPECT_GE(condition.start->num_layers(), 2) << condition.name;
     EXPECT_LT(condition.exploration.first_layer, condition.exploration.last_layer);
   }
 }

@@ -17,9 +17,8 @@ using testing::HasSubstr;
 
 /// A policy that no fit gives: that of the small study with a theta of its own, at layer 2.
 std::string learnt_policy(const LoadedStudy& small) {
-  Policy policy{small.study.conditions[0].start, 2, ThetaLayout::kMeansCholesky};
-  policy.tree = policy.tree_with(policy.theta() * 1.01);
-  return to_json(policy);
+  const PolicyPtr policy = small.study.conditions[0].start->at_layer(2);
+  return to_json(*policy->with(policy->theta() * 1.01));
 }
 
 void write(const fs::path& path, const std::string& text) {
@@ -32,8 +31,7 @@ std::string starting_from(const std::string& file) {
 }
 
 std::string start_of(const LoadedStudy& loaded) {
-  const Condition& condition = loaded.study.conditions[0];
-  return to_json(Policy{condition.start, 2, condition.layout});
+  return to_json(*loaded.study.conditions[0].start->at_layer(2));
 }
 
 TEST(StartFileTest, AStudyStartsFromThePolicyOfAFileBesideIt) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/base/config_error.h"
+#include "common/policy/tree/tree_policy.h"
 #include "learner/study/message_sizes.h"
 #include "learner/study/study_file.h"
 #include "tests/study/small_study.h"
@@ -132,8 +133,9 @@ Condition condition_with_components(int size) {
   }
   return {.name = "large",
           .task_content = "{}",
-          .start = TreeModel::from_global(FrameKind::kEigenvector, {Gmm(1, components)}, {{}}),
-          .layout = ThetaLayout::kMeansCholesky,
+          .start = std::make_shared<TreePolicy>(
+              TreeModel::from_global(FrameKind::kEigenvector, {Gmm(1, components)}, {{}}), 1,
+              ThetaLayout::kMeansCholesky),
           .exploration = {}};
 }
 
@@ -157,7 +159,7 @@ TEST(StudyFileErrorsTest, APolicyTooLargeForAMessageIsRefusedWithItsSize) {
 TEST(StudyFileErrorsTest, APolicyIsMeasuredWithEveryNumberAtItsLongest) {
   // The text of 300 round Gaussians fits a message; what they are after learning would not.
   const Condition condition = condition_with_components(300);
-  const Policy policy{.tree = condition.start, .layer = 1, .layout = condition.layout};
+  const Policy& policy = *condition.start;
   EXPECT_LT(to_json(policy).size(), 64'000U);
   EXPECT_THAT(size_error_of(condition), HasSubstr("is too large for a message"));
 }

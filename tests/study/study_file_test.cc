@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/policy/policy.h"
+#include "tests/fit/start_tree.h"
 #include "tests/study/equal_studies.h"
 #include "tests/study/small_study.h"
 #include "tests/study/study_text.h"
@@ -37,7 +38,7 @@ TEST(StudyFileTest, AStudyIsReadWithItsDefaults) {
   EXPECT_EQ(condition.name, "tree");
   EXPECT_EQ(condition.task_content,
             R"({"name":"swing_up","settings":{"plant":"rk4","step_s":0.005}})");
-  EXPECT_EQ(condition.start.num_layers(), 2);
+  EXPECT_EQ(condition.start->num_layers(), 2);
   EXPECT_EQ(condition.exploration.num_rollouts, 30);
   EXPECT_EQ(condition.exploration.in_flight, 1);
   EXPECT_EQ(condition.exploration.noise_variance, (std::vector<double>{.01, .3, .02}));
@@ -61,7 +62,7 @@ TEST(StudyFileTest, FilesOfADemonstrationStandBesideTheStudy) {
     for (int i = 0; i < 50; ++i) demonstration << .05 * i << ',' << (i * i) % 11 << '\n';
   }
   const LoadedStudy loaded = load_study(file.path(), {});
-  EXPECT_NEAR(loaded.study.conditions[0].start.finest()[3].mean[0], 2.1, .4);
+  EXPECT_NEAR(tree_policy(*loaded.study.conditions[0].start).tree().finest()[3].mean[0], 2.1, .4);
   // Resolved, the study can stand anywhere.
   const LoadedStudy again = load_study(StudyText(loaded.resolved_toml).path(), {});
   study_test::expect_equal(again.study, loaded.study);
@@ -89,15 +90,15 @@ exploration.first_update = 4
                           .study;
   ASSERT_EQ(study.conditions.size(), 2U);
   const Condition& flat = study.conditions[1];
-  EXPECT_EQ(flat.start.num_layers(), 1);
-  EXPECT_EQ(flat.start.finest().num_components(), 3);
-  EXPECT_EQ(flat.layout, ThetaLayout::kMeans);
+  EXPECT_EQ(flat.start->num_layers(), 1);
+  EXPECT_EQ(tree_policy(*flat.start).tree().finest().num_components(), 3);
+  EXPECT_EQ(tree_policy(*flat.start).layout(), ThetaLayout::kMeans);
   EXPECT_EQ(flat.exploration.num_rollouts, 7);
   EXPECT_EQ(flat.exploration.in_flight, 3);
   EXPECT_EQ(flat.exploration.first_update, 4);
   EXPECT_THAT(flat.task_content, HasSubstr("\"step_s\":0.01"));
   EXPECT_EQ(study.conditions[0].exploration.num_rollouts, 30);
-  EXPECT_EQ(study.conditions[0].start.num_layers(), 2);
+  EXPECT_EQ(study.conditions[0].start->num_layers(), 2);
 }
 
 TEST(StudyFileTest, EqualTasksHaveEqualTextWhateverTheOrderOfTheirKeys) {

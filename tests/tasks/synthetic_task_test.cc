@@ -11,6 +11,7 @@
 
 #include "common/base/config_error.h"
 #include "common/base/settings_reader.h"
+#include "tests/tasks/rollouts.h"
 
 namespace treeroll {
 namespace {
@@ -41,16 +42,17 @@ Gmm line(double input, double output, double slope) {
 
 TEST(SyntheticTaskTest, RewardIsHighestAtTheTargetAndFallsWithTheDistance) {
   const auto task = make(R"({"target": [1, 2, 3], "sensitivity": 0.5})");
-  EXPECT_DOUBLE_EQ(task->evaluate(line(1, 2, 3), 0).reward, 1);
-  EXPECT_DOUBLE_EQ(task->evaluate(line(1, 4, 3), 0).reward, std::exp(-.5 * 4 / 3));
-  EXPECT_DOUBLE_EQ(task->evaluate(line(1, 2, 4), 0).reward, std::exp(-.5 * 1 / 3));
-  EXPECT_EQ(task->evaluate(line(1, 2, 1e4), 0).reward, 0);
+  EXPECT_DOUBLE_EQ(evaluate(*task, line(1, 2, 3), 0).reward, 1);
+  EXPECT_DOUBLE_EQ(evaluate(*task, line(1, 4, 3), 0).reward, std::exp(-.5 * 4));
+  // A slope that is 1 too steep misses by the distance: -1, -.5, 0, .5, 1.
+  EXPECT_DOUBLE_EQ(evaluate(*task, line(1, 2, 4), 0).reward, std::exp(-.5 * 2.5 / 5));
+  EXPECT_EQ(evaluate(*task, line(1, 2, 1e4), 0).reward, 0);
 }
 
-TEST(SyntheticTaskTest, TakesTheMeanOverComponents) {
+TEST(SyntheticTaskTest, AsksThePolicyForNoMoreThanItsOutputs) {
   const auto task = make(R"({"target": [0, 0, 0]})");
-  const Component near = line(0, 0, 0)[0], far = line(3, 0, 0)[0];
-  EXPECT_DOUBLE_EQ(task->evaluate(Gmm(1, {near, far}), 0).reward, std::exp(-9. / 6));
+  const Component near = line(0, .5, 0)[0], far = line(3, .5, 0)[0];
+  EXPECT_DOUBLE_EQ(evaluate(*task, Gmm(1, {near, far}), 0).reward, std::exp(-.25));
 }
 
 TEST(SyntheticTaskTest, TakesAnyDimensions) {
@@ -60,14 +62,14 @@ TEST(SyntheticTaskTest, TakesAnyDimensions) {
   const Gmm policy(2, {{.prior = 1,
                         .mean = Eigen::VectorXd::Ones(5),
                         .covariance = Eigen::MatrixXd::Identity(5, 5)}});
-  EXPECT_DOUBLE_EQ(task->evaluate(policy, 0).reward, std::exp(-6. / 11));  // slopes are 0, not 1
+  EXPECT_DOUBLE_EQ(evaluate(*task, policy, 0).reward, std::exp(-.5));  // slopes are 0, not 1
 }
 
 /// How many of 2000 policies come back with this status.
 int count(Task& task, RolloutStatus status) {
   int found = 0;
   for (int i = 0; i < 2000; ++i) {
-    found += task.evaluate(line(.001 * i, 0, 0), 0).status == status ? 1 : 0;
+    found += evaluate(task, line(0, .001 * i, 0), 0).status == status ? 1 : 0;
   }
   return found;
 }
@@ -76,9 +78,9 @@ TEST(SyntheticTaskTest, FailsForTheShareItIsToldAndForTheSamePoliciesEachTime) {
   const auto task = make(R"({"fail_fraction": 0.1})"), other = make(R"({"fail_fraction": 0.1})");
   EXPECT_NEAR(count(*task, RolloutStatus::kFailed), 200, 60);
   for (int i = 0; i < 200; ++i) {
-    const Gmm policy = line(.001 * i, 0, 0);
-    const Evaluation first = task->evaluate(policy, 1);
-    EXPECT_EQ(first.status, other->evaluate(policy, 2).status);
+    const Gmm policy = line(0, .001 * i, 0);
+    const Evaluation first = evaluate(*task, policy, 1);
+    EXPECT_EQ(first.status, evaluate(*other, policy, 2).status);
     if (first.status == RolloutStatus::kFailed) {
       EXPECT_EQ(first.reward, 0);
     }
@@ -89,7 +91,7 @@ TEST(SyntheticTaskTest, FailsForTheShareItIsToldAndForTheSamePoliciesEachTime) {
 
 TEST(SyntheticTaskDeathTest, CrashesBySegmentationFault) {
   const auto task = make(R"({"crash_fraction": 1})");
-  EXPECT_EXIT((void)task->evaluate(line(0, 0, 0), 0), ::testing::KilledBySignal(SIGSEGV), "");
+  EXPECT_EXIT((void)evaluate(*task, line(0, 0, 0), 0), ::testing::KilledBySignal(SIGSEGV), "");
 }
 
 /// Ended by an alarm: it would not come back by itself.
@@ -100,7 +102,7 @@ void evaluate_until_alarm(Task& task) {
   itimerspec soon{};
   soon.it_value.tv_nsec = 50'000'000;
   timer_settime(timer, 0, &soon, nullptr);
-  (void)task.evaluate(line(0, 0, 0), 0);
+  (void)evaluate(task, line(0, 0, 0), 0);
 }
 
 TEST(SyntheticTaskDeathTest, HangsForEver) {
@@ -116,7 +118,7 @@ TEST(SyntheticTaskTest, BurnsProcessorTimeAndSleepsWithout) {
     const auto task = make(settings);
     timespec before{}, after{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &before);
-    (void)task->evaluate(line(0, 0, 0), 0);
+    (void)evaluate(*task, line(0, 0, 0), 0);
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &after);
     return (after.tv_sec - before.tv_sec) * 1e6 + (after.tv_nsec - before.tv_nsec) / 1e3;
   };
@@ -131,12 +133,12 @@ TEST(SyntheticTaskTest, NoiseFollowsTheSeedAndIsDeclared) {
   EXPECT_FALSE(task->description().deterministic);
   EXPECT_TRUE(make("{}")->description().deterministic);
   const Gmm policy = line(1, 1, 0);
-  const double clean = std::exp(-2. / 3);
+  const double clean = std::exp(-1.);
   std::set<double> rewards;
   double sum = 0, sum_squares = 0;
   for (int seed = 0; seed < 1000; ++seed) {
-    const double reward = task->evaluate(policy, seed).reward;
-    EXPECT_EQ(task->evaluate(policy, seed).reward, reward);
+    const double reward = evaluate(*task, policy, seed).reward;
+    EXPECT_EQ(evaluate(*task, policy, seed).reward, reward);
     rewards.insert(reward);
     sum += reward - clean;
     sum_squares += (reward - clean) * (reward - clean);
@@ -149,7 +151,7 @@ TEST(SyntheticTaskTest, NoiseFollowsTheSeedAndIsDeclared) {
 TEST(SyntheticTaskTest, NoiseKeepsTheRewardInItsRange) {
   const auto task = make(R"({"target": [0, 0, 0], "noise_deviation": 1})");
   for (int seed = 0; seed < 200; ++seed) {
-    const double reward = task->evaluate(line(0, 0, 0), seed).reward;
+    const double reward = evaluate(*task, line(0, 0, 0), seed).reward;
     EXPECT_GE(reward, 0);
     EXPECT_LE(reward, 1);
   }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/elementary.h"
+#include "tests/tasks/rollouts.h"
 #include "workers/tasks/task.h"
 
 namespace treeroll {
@@ -33,8 +34,8 @@ TEST(TraceTest, TheLeastCostOfASwingUpsTraceGivesItsRewardToTheBit) {
                                R"({"plant": "dopri5", "output_step_s": 0.01})"}) {
     const auto task = make("swing_up", settings);
     Trace trace;
-    const Evaluation traced = task->evaluate_traced(line(), 0, trace);
-    EXPECT_EQ(traced.reward, task->evaluate(line(), 0).reward) << settings;
+    const Evaluation traced = evaluate_traced(*task, line(), 0, trace);
+    EXPECT_EQ(traced.reward, evaluate(*task, line(), 0).reward) << settings;
     const std::size_t width = trace.columns().size();
     ASSERT_EQ(width, 9U);
     ASSERT_EQ(trace.numbers().size() % width, 0U);
@@ -57,14 +58,14 @@ TEST(TraceTest, TheLeastCostOfASwingUpsTraceGivesItsRewardToTheBit) {
 TEST(TraceTest, ADivergedSwingUpIsTracedAsFarAsItWent) {
   const auto task = make("swing_up", R"({"plant": "dopri5", "steps_max": 100})");
   Trace trace;
-  EXPECT_EQ(task->evaluate_traced(line(), 0, trace).status, RolloutStatus::kDiverged);
+  EXPECT_EQ(evaluate_traced(*task, line(), 0, trace).status, RolloutStatus::kDiverged);
   EXPECT_GT(trace.numbers().size(), 0U);
 }
 
 TEST(TraceTest, ATaskThatDoesNotOverrideItRecordsNothing) {
   const auto task = make("synthetic", "{}");
   Trace trace;
-  EXPECT_EQ(task->evaluate_traced(line(), 0, trace).reward, task->evaluate(line(), 0).reward);
+  EXPECT_EQ(evaluate_traced(*task, line(), 0, trace).reward, evaluate(*task, line(), 0).reward);
   EXPECT_TRUE(trace.columns().empty());
   EXPECT_TRUE(trace.is_complete());
 }
@@ -82,7 +83,7 @@ TEST(TraceTest, MoreNumbersThanItMayHoldAreNotKeptAndItSaysSo) {
 TEST(TraceTest, TheLinksOfASwingUpKeepTheirLengthsAndHangFromTheCart) {
   const auto task = make("swing_up", R"({"plant": "rk4", "step_s": 0.005})");
   Trace trace;
-  (void)task->evaluate_traced(line(), 0, trace);
+  (void)evaluate_traced(*task, line(), 0, trace);
   const std::size_t width = trace.columns().size();
   ASSERT_EQ(trace.poses().size() * width, trace.numbers().size());
   for (std::size_t row = 0; row < trace.poses().size(); ++row) {
@@ -101,7 +102,7 @@ TEST(TraceTest, LinksWhoseLengthsVaryAreNotShown) {
   const auto task = make("swing_up", R"({"plant": "rk4", "step_s": 0.005,
       "variation": {"parameter_fraction": 0.02}})");
   Trace trace;
-  (void)task->evaluate_traced(line(), 0, trace);
+  (void)evaluate_traced(*task, line(), 0, trace);
   EXPECT_FALSE(trace.numbers().empty());
   EXPECT_TRUE(trace.poses().empty());
 }
@@ -126,8 +127,8 @@ TEST(TraceTest, ATrajectorysTraceHasItsGoalBesideItAndGivesItsReward) {
                           .mean = Eigen::VectorXd::Constant(dim, .5),
                           .covariance = Eigen::MatrixXd::Identity(dim, dim)}});
     Trace trace;
-    const double reward = task->evaluate_traced(policy, 0, trace).reward;
-    EXPECT_EQ(reward, task->evaluate(policy, 0).reward) << c.task;
+    const double reward = evaluate_traced(*task, policy, 0, trace).reward;
+    EXPECT_EQ(reward, evaluate(*task, policy, 0).reward) << c.task;
     EXPECT_EQ(trace.columns(), c.columns);
     EXPECT_EQ(trace.policy_inputs(), std::vector<std::string>{c.columns[0]});
     EXPECT_EQ(trace.policy_outputs().size(), num_outputs);
@@ -151,7 +152,7 @@ TEST(TraceTest, OutputsOfATrajectoryAreNumbered) {
       1,
       {{.prior = 1, .mean = Eigen::Vector3d::Zero(), .covariance = Eigen::Matrix3d::Identity()}});
   Trace trace;
-  (void)task->evaluate_traced(policy, 0, trace);
+  (void)evaluate_traced(*task, policy, 0, trace);
   EXPECT_EQ(trace.columns(),
             (std::vector<std::string>{"time_s", "x1", "x2", "goal_x1", "goal_x2"}));
 }

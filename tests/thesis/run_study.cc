@@ -47,8 +47,9 @@ RunRecord learn(const Study& study, int index, Tasks& tasks) {
         RandomStream(study.seed, static_cast<std::uint32_t>(run.repetition()),
                      static_cast<std::uint32_t>(next.rollout), RandomPurpose::kTaskSeed)
             .next_bits());
-    const Gmm policy = run.exploration().policy(next.layer).decode(next.theta);
-    const Evaluation evaluation = task.evaluate(policy, seed);
+    const std::unique_ptr<Controller> controller =
+        run.exploration().policy(next.layer).with(next.theta)->controller();
+    const Evaluation evaluation = task.evaluate(*controller, seed);
     run.accept(next.rollout, evaluation.reward, evaluation.status, 0);
   }
   return run.record();

@@ -11,6 +11,7 @@
 #include "learner/fit/demonstration.h"
 #include "learner/fit/fit_tree.h"
 #include "learner/study/study_file.h"
+#include "tests/fit/start_tree.h"
 
 /// Sections 4-1-1, 4-2-1, 4-3-1 and A-4-3: tasks and starts of the shipped studies, number by
 /// number. Their exploration, tables 4-1 to 4-3 and A-1, is held by shipped_studies_test; noise
@@ -141,7 +142,7 @@ TEST(SettingsTest, SectionA43TheSpiralAndItsSixGaussians) {
     EXPECT_EQ(settings.at("alpha"), 5);  // of
     EXPECT_NEAR(settings.at("duration"), 5 * std::numbers::pi, kTolerance);
     EXPECT_EQ(condition.exploration.initial_noise_factor, 1);
-    const Gmm gmm = condition.start.finest();
+    const Gmm gmm = tree_policy(*condition.start).tree().finest();
     ASSERT_EQ(gmm.num_components(), 6);
     for (int k = 0; k < 6; ++k) {  // whose k counts from 1
       EXPECT_NEAR((gmm[k].mean - Eigen::Vector3d(k * std::numbers::pi, 0, 0)).norm(), 0,

@@ -4,7 +4,8 @@
 
 #include "common/base/settings_reader.h"
 #include "learner/fit/start_policy.h"
-#include "workers/tasks/task.h"
+#include "tests/fit/start_tree.h"
+#include "tests/tasks/rollouts.h"
 
 /// Section 4-3: the policies before any learning. Demonstration, fits and task as in section 4-3-1
 /// and table 4-3; the rewards, which the thesis does not print, were found independently, from the
@@ -24,7 +25,7 @@ TreeModel start_tree(const char* policy) {
   SettingsReader reader(table, "policy", resolved);
   StartPolicy start = read_start_policy(reader);
   reader.finish();
-  return start.tree;
+  return tree_of(start);
 }
 
 double reward(const Gmm& policy) {
@@ -33,7 +34,7 @@ double reward(const Gmm& policy) {
   json resolved;
   const auto task =
       tasks.make("swing_up", json::parse(R"({"plant": "rk4", "step_s": 0.005})"), resolved);
-  const Evaluation evaluation = task->evaluate(policy, 0);
+  const Evaluation evaluation = evaluate(*task, policy, 0);
   EXPECT_EQ(evaluation.status, RolloutStatus::kOk);
   return evaluation.reward;
 }

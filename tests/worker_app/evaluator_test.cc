@@ -24,8 +24,8 @@ class MirrorTask : public Task {
   TaskDescription description() const override {
     return {.input_dim = 1, .output_dim = 1, .time_limit_s = 1};
   }
-  Evaluation evaluate(const Gmm& policy, std::uint64_t seed) override {
-    const double mean = policy[0].mean[0];
+  Evaluation evaluate(Controller& controller, std::uint64_t seed) override {
+    const double mean = controller.act(0);
     if (mean == 7) throw std::runtime_error("seven");
     if (mean == 8) throw 8;  // NOLINT(hicpp-exception-baseclass)
     if (mean == 9) return {.reward = std::numeric_limits<double>::quiet_NaN()};

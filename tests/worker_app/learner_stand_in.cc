@@ -12,7 +12,7 @@ constexpr protocol::LearnerId kLearner = 4711;
 
 }  // namespace
 
-Policy small_policy() {
+TreePolicy small_policy() {
   Component component;
   component.prior = 1;
   component.mean = Eigen::Vector2d(.5, .25);

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "common/policy/policy.h"
+#include "common/policy/tree/tree_policy.h"
 #include "common/transport/bus.h"
 #include "common/transport/loop.h"
 #include "tests/worker_app/child.h"
@@ -15,7 +15,7 @@
 namespace treeroll::worker {
 
 /// One Gaussian over one input and one output; its theta has three numbers.
-Policy small_policy();
+TreePolicy small_policy();
 
 /// A synthetic task's definition with these settings, such as R"({"mode": "sleep"})".
 std::string synthetic_task(const std::string& settings);

@@ -11,13 +11,13 @@
 namespace treeroll::worker {
 
 CheckedEvaluation evaluate_checked(Task& task, const TaskDescription& description,
-                                   const Gmm& policy, std::uint64_t seed, Trace* trace) {
+                                   Controller& controller, std::uint64_t seed, Trace* trace) {
   const auto failed = [](std::string complaint) -> CheckedEvaluation {
     return {{.reward = 0, .status = RolloutStatus::kFailed}, std::move(complaint)};
   };
   try {
-    const Evaluation evaluation =
-        trace == nullptr ? task.evaluate(policy, seed) : task.evaluate_traced(policy, seed, *trace);
+    const Evaluation evaluation = trace == nullptr ? task.evaluate(controller, seed)
+                                                   : task.evaluate_traced(controller, seed, *trace);
     if (evaluation.status != RolloutStatus::kOk) return {{0, evaluation.status}, ""};
     const bool in_range = std::isfinite(evaluation.reward) &&
                           evaluation.reward >= description.reward_min &&

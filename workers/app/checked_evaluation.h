@@ -16,6 +16,6 @@ struct CheckedEvaluation {
 /// finite or outside the range it describes, is status kFailed with a complaint.
 /// @param trace  receives the roll-out step by step; may be null
 CheckedEvaluation evaluate_checked(Task& task, const TaskDescription& description,
-                                   const Gmm& policy, std::uint64_t seed, Trace* trace);
+                                   Controller& controller, std::uint64_t seed, Trace* trace);
 
 }  // namespace treeroll::worker

@@ -11,9 +11,8 @@ namespace treeroll::worker {
 using nlohmann::json;
 
 std::string facts_text(const Policy& policy) {
-  const Gmm finest = policy.tree.finest();
-  const json facts{{"input_dim", finest.input_dim()},
-                   {"output_dim", finest.output_dim()},
+  const json facts{{"input_dim", policy.input_dim()},
+                   {"output_dim", policy.output_dim()},
                    {"theta_dim", policy.theta_dim()}};
   return facts.dump();
 }

@@ -8,7 +8,7 @@
 #include "common/base/config_error.h"
 #include "common/base/json_text.h"
 #include "common/base/settings_reader.h"
-#include "common/policy/policy.h"
+#include "common/policy/kinds/standard_policies.h"
 #include "workers/app/checked_evaluation.h"
 #include "workers/app/json_answer.h"
 #include "workers/app/json_request.h"
@@ -53,18 +53,18 @@ Request read_request() {
   return request;
 }
 
-Gmm read_policy(const std::string& text, const TaskDescription& task) {
-  Result<Policy> policy = policy_from_json(text);
-  if (!policy) throw ConfigError("policy", "", policy.error().message);
-  Gmm finest = policy->tree.finest();
-  if (finest.input_dim() != task.input_dim || finest.output_dim() != task.output_dim) {
+PolicyPtr read_policy(const std::string& text, const TaskDescription& task) {
+  const Result<PolicyPtr> read = standard_policies().from_json(text);
+  if (!read) throw ConfigError("policy", "", read.error().message);
+  const Policy& policy = **read;
+  if (policy.input_dim() != task.input_dim || policy.output_dim() != task.output_dim) {
     throw ConfigError(
         "policy", "",
         fmt::format("has {} inputs and {} outputs, must have {} inputs and {} "
                     "outputs for this task",
-                    finest.input_dim(), finest.output_dim(), task.input_dim, task.output_dim));
+                    policy.input_dim(), policy.output_dim(), task.input_dim, task.output_dim));
   }
-  return finest;
+  return *read;
 }
 
 json to_json(const Trace& trace) {
@@ -97,11 +97,12 @@ int evaluate_policy(const TaskRegistry& registry) {
     json resolved;
     const std::unique_ptr<Task> task = make_task(registry, request.task, resolved);
     const TaskDescription description = task->description();
-    const Gmm policy = read_policy(request.policy, description);
+    const std::unique_ptr<Controller> controller =
+        read_policy(request.policy, description)->controller();
     turn_off_core_dumps();
     limit_cpu_time(description.time_limit_s);
     Trace trace;
-    const CheckedEvaluation done = evaluate_checked(*task, description, policy, request.seed,
+    const CheckedEvaluation done = evaluate_checked(*task, description, *controller, request.seed,
                                                     request.trace ? &trace : nullptr);
     if (!trace.is_complete()) {
       throw ConfigError("trace", "",

@@ -36,7 +36,8 @@ std::string bounded(const std::string& text) {
 
 }  // namespace
 
-Evaluator::Evaluator(const TaskRegistry& registry) : registry_(&registry) {}
+Evaluator::Evaluator(const TaskRegistry& registry, PolicyRegistry kinds)
+    : registry_(&registry), kinds_(std::move(kinds)) {}
 
 std::optional<protocol::Message> Evaluator::handle(const protocol::Message& message) {
   protocol::DefinitionReport report;
@@ -73,9 +74,9 @@ std::string Evaluator::load_task(const ContentHash& id, const std::string& conte
 }
 
 std::string Evaluator::load_policy(const ContentHash& id, const std::string& content) {
-  Result<Policy> policy = policy_from_json(content);
+  Result<PolicyPtr> policy = kinds_.from_json(content);
   if (!policy) throw std::runtime_error(policy.error().message);
-  return facts_text(policies_.emplace(id, *std::move(policy)).first->second);
+  return facts_text(*policies_.emplace(id, *std::move(policy)).first->second);
 }
 
 Evaluation Evaluator::evaluate(const protocol::RolloutRequest& request) {
@@ -90,12 +91,13 @@ Evaluation Evaluator::evaluate(const protocol::RolloutRequest& request) {
       return complain("it names a definition this evaluator does not have");
     }
     LoadedTask& loaded = found_task->second;
-    const Policy& policy = found_policy->second;
+    const Policy& policy = *found_policy->second;
     const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(
         request.theta.data(), static_cast<Eigen::Index>(request.theta.size()));
     if (theta.size() != policy.theta_dim()) return complain("theta has another size");
+    const std::unique_ptr<Controller> controller = policy.with(theta)->controller();
     const CheckedEvaluation done =
-        evaluate_checked(*loaded.task, loaded.description, policy.decode(theta),
+        evaluate_checked(*loaded.task, loaded.description, *controller,
                          static_cast<std::uint64_t>(request.task_seed), nullptr);
     return done.complaint.empty() ? done.evaluation : complain(done.complaint);
   } catch (const std::bad_alloc&) {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "common/policy/policy.h"
+#include "common/policy/kinds/standard_policies.h"
 #include "common/protocol/messages.h"
 #include "workers/tasks/task.h"
 
@@ -15,8 +15,8 @@ namespace treeroll::worker {
 /// definitions it is given until it is told to forget them: the daemon bounds them.
 class Evaluator {
  public:
-  /// The registry must outlive the evaluator.
-  explicit Evaluator(const TaskRegistry& registry);
+  /// @param registry  must outlive the evaluator
+  explicit Evaluator(const TaskRegistry& registry, PolicyRegistry kinds = standard_policies());
 
   /// - TaskDefinition, PolicyDefinition: builds it; a DefinitionReport says what came of it. With
   ///   empty content: forgets it; no answer.
@@ -37,8 +37,9 @@ class Evaluator {
   protocol::RewardBatch answer(const protocol::RolloutBatch& batch);
 
   const TaskRegistry* registry_;
+  PolicyRegistry kinds_;
   std::map<ContentHash, LoadedTask> tasks_;
-  std::map<ContentHash, Policy> policies_;
+  std::map<ContentHash, PolicyPtr> policies_;
   int num_complaints_ = 0;
 };
 

@@ -1,11 +1,26 @@
 #include "workers/tasks/goal_trajectory.h"
 
-#include "common/base/check.h"
+#include <array>
+#include <numbers>
+
 #include "common/base/elementary.h"
-#include "common/policy/gmr.h"
-#include "workers/tasks/trace.h"
+#include "common/base/settings_reader.h"
+#include "common/mixture/gmr.h"
+#include "common/mixture/mixture_settings.h"
 
 namespace treeroll {
+namespace {
+
+/// Nothing is simulated, so the time may be in any unit.
+constexpr NumberRule kDuration{.min = 0, .max = 1e6, .min_allowed = false};
+constexpr std::int64_t kSamplesMax = 100'000;
+
+std::vector<double> read_times(SettingsReader& settings, double duration_s) {
+  return sample_times(duration_s,
+                      static_cast<int>(settings.integer("samples", 1, kSamplesMax, 100)));
+}
+
+}  // namespace
 
 std::vector<double> sample_times(double duration_s, int num_samples) {
   std::vector<double> times_s;
@@ -13,49 +28,38 @@ std::vector<double> sample_times(double duration_s, int num_samples) {
   return times_s;
 }
 
-namespace {
-
-/// @param see  called with each sample and the policy's outputs there
-template <class Visitor>
-double reward(const GoalTrajectory& goal, double alpha, const Gmm& policy, const Visitor& see) {
-  CHECK(policy.input_dim() == 1 && policy.output_dim() == goal.outputs.rows(),
-        "a policy from time to the outputs of the goal");
-  const Gmr gmr(policy);
-  Eigen::VectorXd time_s(1);
-  double sum = 0;
+GoalTrajectory read_mixture_goal(SettingsReader& settings) {
+  const double duration_s = settings.number("duration_s", kDuration, 2);
+  GoalTrajectory goal{
+      .times_s = read_times(settings, duration_s), .outputs = {}, .time_name = "time_s"};
+  SettingsReader table = settings.table("goal");
+  const Gmm mixture = read_mixture(table, std::array{0., duration_s});
+  if (mixture.input_dim() != 1) table.refuse("inputs", "must be 1: a trajectory is over time");
+  table.finish();
+  const Gmr gmr(mixture);
+  goal.outputs.resize(mixture.output_dim(), static_cast<Eigen::Index>(goal.times_s.size()));
   for (std::size_t i = 0; i < goal.times_s.size(); ++i) {
-    time_s[0] = goal.times_s[i];
-    const Eigen::VectorXd outputs = gmr.regress(time_s);
-    see(i, outputs);
-    for (Eigen::Index o = 0; o < outputs.size(); ++o) {
-      const double miss = outputs[o] - goal.outputs(o, static_cast<Eigen::Index>(i));
-      sum += miss * miss;
-    }
+    goal.outputs.col(static_cast<Eigen::Index>(i)) =
+        gmr.regress(Eigen::VectorXd::Constant(1, goal.times_s[i]));
   }
-  return elementary::exp(-alpha * sum / static_cast<double>(goal.times_s.size()));
+  for (int o = 1; o <= mixture.output_dim(); ++o) {
+    goal.names.push_back(mixture.output_dim() == 1 ? "x" : "x" + std::to_string(o));
+  }
+  return goal;
 }
 
-}  // namespace
-
-double trajectory_reward(const GoalTrajectory& goal, double alpha, const Gmm& policy) {
-  return reward(goal, alpha, policy, [](std::size_t, const Eigen::VectorXd&) {});
-}
-
-double traced_trajectory_reward(const GoalTrajectory& goal, double alpha, const Gmm& policy,
-                                const std::string& input, const std::vector<std::string>& outputs,
-                                Trace& trace) {
-  std::vector<std::string> columns = {input};
-  columns.insert(columns.end(), outputs.begin(), outputs.end());
-  for (const std::string& name : outputs) columns.push_back("goal_" + name);
-  trace.set_columns(columns);
-  trace.set_policy_columns({input}, outputs);
-  return reward(goal, alpha, policy, [&](std::size_t i, const Eigen::VectorXd& given) {
-    const Eigen::VectorXd wanted = goal.outputs.col(static_cast<Eigen::Index>(i));
-    std::vector<double> row = {goal.times_s[i]};
-    row.insert(row.end(), given.begin(), given.end());
-    row.insert(row.end(), wanted.begin(), wanted.end());
-    trace.add_row(row);
-  });
+GoalTrajectory read_spiral_goal(SettingsReader& settings) {
+  const double duration = settings.number("duration", kDuration, 5 * std::numbers::pi);
+  GoalTrajectory goal{.times_s = read_times(settings, duration),
+                      .outputs = {},
+                      .time_name = "t",
+                      .names = {"x", "y"}};
+  goal.outputs.resize(2, static_cast<Eigen::Index>(goal.times_s.size()));
+  for (std::size_t i = 0; i < goal.times_s.size(); ++i) {
+    const double t = goal.times_s[i];
+    goal.outputs.col(static_cast<Eigen::Index>(i)) << elementary::sin(t), elementary::cos(t);
+  }
+  return goal;
 }
 
 }  // namespace treeroll

@@ -1,19 +1,19 @@
 #include "workers/tasks/hold_task.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <numbers>
 
 #include "common/base/check.h"
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
-#include "common/policy/gmr.h"
 #include "workers/tasks/swing_up_task.h"
+#include "workers/tasks/time_settings.h"
 
 namespace treeroll {
 namespace {
 
-constexpr NumberRule kDuration{.min = 0, .max = 1000, .min_allowed = false};
-constexpr NumberRule kTimeLimit{.min = .001, .max = 86400};
 constexpr NumberRule kAngle{.min = -1000, .max = 1000};
 constexpr NumberRule kAcceleration{.min = 0, .max = 1e6, .min_allowed = false};
 constexpr int kStateDim = 6;
@@ -53,10 +53,10 @@ HoldTask::HoldTask(SettingsReader& settings)
                       : -std::numbers::pi),
       start_{.phi1 = target_rad_ + settings.number("start_phi1", kAngle, .3),
              .phi2 = target_rad_ + settings.number("start_phi2", kAngle, -.2)},
-      duration_s_(settings.number("duration_s", kDuration, 5)),
+      duration_s_(settings.number("duration_s", kSimulatedTime, 5)),
       alpha_(settings.number("alpha", kPositive, 10)),
       acceleration_max_mps2_(settings.number("acceleration_max_mps2", kAcceleration, 20)),
-      time_limit_s_(settings.number("time_limit_s", kTimeLimit, 10)),
+      time_limit_s_(read_time_limit_s(settings)),
       plant_(sim::read_plant_settings(settings), read_plant_variation(settings)) {}
 
 TaskDescription HoldTask::description() const {
@@ -68,20 +68,23 @@ TaskDescription HoldTask::description() const {
           .deterministic = plant_.deterministic()};
 }
 
-Evaluation HoldTask::evaluate(const Gmm& policy, std::uint64_t seed) {
-  CHECK(policy.input_dim() == kStateDim && policy.output_dim() == 1,
-        "a policy from the state to the acceleration of the cart");
-  const Gmr gmr(policy);
-  Eigen::VectorXd input(kStateDim);
+Evaluation HoldTask::evaluate(Controller& controller, std::uint64_t seed) {
+  CHECK(controller.input_dim() == kStateDim && controller.output_dim() == 1,
+        "a controller from the state to the acceleration of the cart");
   const auto feedback = [&](double, const sim::CartPendulumState& state) {
     const sim::CartPendulumState x = about(target_rad_, state);
-    input << x.phi1, x.phi2, x.y, x.phi1_rate, x.phi2_rate, x.y_rate;
-    // A state on its way to diverging may not be finite between two steps; no regression is.
-    if (!input.allFinite()) return 0.;
-    return std::clamp(gmr.regress(input)[0], -acceleration_max_mps2_, acceleration_max_mps2_);
+    const std::array input = {x.phi1, x.phi2, x.y, x.phi1_rate, x.phi2_rate, x.y_rate};
+    // A state on its way to diverging may not be finite between two steps; no controller takes it.
+    const bool is_finite = std::all_of(input.begin(), input.end(),
+                                       [](double number) { return std::isfinite(number); });
+    if (!is_finite) return 0.;
+    double acceleration_mps2 = 0;
+    controller.act(input, {&acceleration_mps2, 1});
+    return std::clamp(acceleration_mps2, -acceleration_max_mps2_, acceleration_max_mps2_);
   };
   return plant_.evaluate(
       seed, start_, [&](sim::CartPendulumPlant& plant, const sim::CartPendulumState& start) {
+        controller.start();
         TimeMean cost;
         const auto end =
             plant.simulate(start, duration_s_, feedback,

@@ -1,5 +1,4 @@
 #include "workers/tasks/hold_task.h"
-#include "workers/tasks/spiral_task.h"
 #include "workers/tasks/swing_up_task.h"
 #include "workers/tasks/synthetic_task.h"
 #include "workers/tasks/trajectory_task.h"
@@ -8,10 +7,10 @@ namespace treeroll {
 
 void add_standard_tasks(TaskRegistry& registry) {
   add_task<HoldTask>(registry, "hold");
-  add_task<SpiralTask>(registry, "spiral");
+  registry.add("spiral", TrajectoryTask::spiral);
   add_task<SwingUpTask>(registry, "swing_up");
   add_task<SyntheticTask>(registry, "synthetic");
-  add_task<TrajectoryTask>(registry, "trajectory");
+  registry.add("trajectory", TrajectoryTask::with_mixture_goal);
 }
 
 }  // namespace treeroll

@@ -8,14 +8,12 @@
 #include "common/base/check.h"
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
-#include "common/policy/gmr.h"
+#include "workers/tasks/time_settings.h"
 #include "workers/tasks/trace.h"
 
 namespace treeroll {
 namespace {
 
-constexpr NumberRule kDuration{.min = 0, .max = 1000, .min_allowed = false};
-constexpr NumberRule kTimeLimit{.min = .001, .max = 86400};
 constexpr NumberRule kAngle{.min = -1000, .max = 1000};
 
 /// Cart, joint and tip, (B-2). The cart is as large as the eye likes it: the plant's has no size.
@@ -54,9 +52,9 @@ SwingUpTask::SwingUpTask(SettingsReader& settings)
 
 SwingUpTask::SwingUpTask(SettingsReader& settings, const sim::PlantSettings& plant,
                          const PlantVariation& variation)
-    : duration_s_(settings.number("duration_s", kDuration, 2.5)),
+    : duration_s_(settings.number("duration_s", kSimulatedTime, 2.5)),
       alpha_(settings.number("alpha", kPositive, .25)),
-      time_limit_s_(settings.number("time_limit_s", kTimeLimit, 10)),
+      time_limit_s_(read_time_limit_s(settings)),
       start_{.phi1 = settings.number("start_phi1", kAngle, -std::numbers::pi),
              .phi2 = settings.number("start_phi2", kAngle, -std::numbers::pi)},
       links_(visible_links(plant, variation)),
@@ -71,26 +69,27 @@ TaskDescription SwingUpTask::description() const {
           .deterministic = plant_.deterministic()};
 }
 
-Evaluation SwingUpTask::evaluate(const Gmm& policy, std::uint64_t seed) {
-  return roll_out(policy, seed, nullptr);
+Evaluation SwingUpTask::evaluate(Controller& controller, std::uint64_t seed) {
+  return roll_out(controller, seed, nullptr);
 }
 
-Evaluation SwingUpTask::evaluate_traced(const Gmm& policy, std::uint64_t seed, Trace& trace) {
+Evaluation SwingUpTask::evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) {
   trace.set_columns({"time_s", "phi1_rad", "phi2_rad", "y_m", "phi1_rate_radps", "phi2_rate_radps",
                      "y_rate_mps", "cart_acceleration_mps2", "cost"});
   trace.set_policy_columns({"time_s"}, {"cart_acceleration_mps2"});
-  return roll_out(policy, seed, &trace);
+  return roll_out(controller, seed, &trace);
 }
 
-Evaluation SwingUpTask::roll_out(const Gmm& policy, std::uint64_t seed, Trace* trace) {
-  CHECK(policy.input_dim() == 1 && policy.output_dim() == 1, "a policy from time to acceleration");
-  const Gmr gmr(policy);
+Evaluation SwingUpTask::roll_out(Controller& controller, std::uint64_t seed, Trace* trace) {
+  CHECK(controller.input_dim() == 1 && controller.output_dim() == 1,
+        "a controller from time to acceleration");
   return plant_.evaluate(
       seed, start_, [&](sim::CartPendulumPlant& plant, const sim::CartPendulumState& start) {
+        controller.start();
         double cost_min = std::numeric_limits<double>::infinity();
         const auto end = plant.simulate(
             start, duration_s_,
-            [&](double time_s, const sim::CartPendulumState&) { return gmr.regress(time_s); },
+            [&](double time_s, const sim::CartPendulumState&) { return controller.act(time_s); },
             [&](double time_s, const sim::CartPendulumState& s, double cart_acceleration_mps2) {
               const double cost = swing_up_cost(s);
               cost_min = std::min(cost_min, cost);

@@ -2,7 +2,6 @@
 
 #include <time.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -15,13 +14,15 @@
 #include "common/base/elementary.h"
 #include "common/base/random_stream.h"
 #include "common/base/settings_reader.h"
+#include "workers/tasks/time_settings.h"
 
 namespace treeroll {
 namespace {
 
 constexpr int kDimMax = 64;
 constexpr NumberRule kFraction{.min = 0, .max = 1};
-constexpr NumberRule kTimeLimit{.min = .001, .max = 86400};
+/// Where the policy is asked, along each input from the target's.
+constexpr double kProbeOffsets[] = {-1, -.5, 0, .5, 1};
 constexpr std::int64_t kDurationMaxUs = std::int64_t{3600} * 1'000'000;
 constexpr std::int64_t kForEver = std::numeric_limits<std::int64_t>::max();
 
@@ -33,16 +34,9 @@ std::int64_t processor_time_us() {
   return std::int64_t{now.tv_sec} * 1'000'000 + now.tv_nsec / 1000;
 }
 
-/// A number in [0, 1) that depends on every bit of the mixture, and on nothing else.
-double uniform_of(const Gmm& policy) {
-  std::vector<double> numbers;
-  for (const Component& component : policy.components()) {
-    numbers.push_back(component.prior);
-    numbers.insert(numbers.end(), component.mean.begin(), component.mean.end());
-    const auto covariance = component.covariance.reshaped();
-    numbers.insert(numbers.end(), covariance.begin(), covariance.end());
-  }
-  const ContentHash hash = content_hash(std::as_bytes(std::span<const double>(numbers)));
+/// A number in [0, 1) that depends on every bit of the outputs, and on nothing else.
+double uniform_of(const std::vector<double>& outputs) {
+  const ContentHash hash = content_hash(std::as_bytes(std::span(outputs)));
   const auto bits = static_cast<std::uint64_t>(short_form(hash));
   return static_cast<double>(bits >> 11) * 0x1p-53;
 }
@@ -60,7 +54,7 @@ SyntheticTask::SyntheticTask(SettingsReader& settings)
       hang_fraction_(settings.number("hang_fraction", kFraction, 0)),
       crash_fraction_(settings.number("crash_fraction", kFraction, 0)),
       noise_deviation_(settings.number("noise_deviation", kFraction, 0)),
-      time_limit_s_(settings.number("time_limit_s", kTimeLimit, 10)) {
+      time_limit_s_(read_time_limit_s(settings)) {
   const std::size_t target_size = input_dim_ + output_dim_ + input_dim_ * output_dim_;
   target_ = settings.numbers("target", kAnyNumber, target_size, target_size,
                              std::vector<double>(target_size, 1.));
@@ -78,11 +72,12 @@ TaskDescription SyntheticTask::description() const {
           .deterministic = noise_deviation_ == 0};
 }
 
-Evaluation SyntheticTask::evaluate(const Gmm& policy, std::uint64_t seed) {
-  CHECK(policy.input_dim() == input_dim_ && policy.output_dim() == output_dim_,
-        "a policy with the dimensions of the description");
+Evaluation SyntheticTask::evaluate(Controller& controller, std::uint64_t seed) {
+  CHECK(controller.input_dim() == input_dim_ && controller.output_dim() == output_dim_,
+        "a controller with the dimensions of the description");
   spend(duration_us_);
-  switch (fate(policy)) {
+  const std::vector<double> outputs = ask(controller);
+  switch (fate(outputs)) {
     case Fate::kReward:
       break;
     case Fate::kFail:
@@ -98,30 +93,61 @@ Evaluation SyntheticTask::evaluate(const Gmm& policy, std::uint64_t seed) {
   if (noise_deviation_ > 0) {
     noise = noise_deviation_ * RandomStream(seed, 0, 0, RandomPurpose::kTaskSeed).next_normal();
   }
-  return {.reward = std::clamp(reward(policy) + noise, 0., 1.)};
+  return {.reward = std::clamp(reward(outputs) + noise, 0., 1.)};
 }
 
-SyntheticTask::Fate SyntheticTask::fate(const Gmm& policy) const {
-  const double uniform = uniform_of(policy);
+SyntheticTask::Fate SyntheticTask::fate(const std::vector<double>& outputs) const {
+  const double uniform = uniform_of(outputs);
   if (uniform < fail_fraction_) return Fate::kFail;
   if (uniform < fail_fraction_ + hang_fraction_) return Fate::kHang;
   if (uniform < fail_fraction_ + hang_fraction_ + crash_fraction_) return Fate::kCrash;
   return Fate::kReward;
 }
 
-double SyntheticTask::reward(const Gmm& policy) const {
-  double sum = 0;
-  for (const Component& component : policy.components()) {
-    const Eigen::MatrixXd input = component.covariance.topLeftCorner(input_dim_, input_dim_);
-    const Eigen::MatrixXd cross = component.covariance.topRightCorner(input_dim_, output_dim_);
-    const Eigen::MatrixXd slope = input.llt().solve(cross);  // column o: output o over the inputs
-    Eigen::VectorXd numbers(static_cast<Eigen::Index>(target_.size()));
-    numbers << component.mean, slope.reshaped();
-    sum +=
-        (numbers - Eigen::Map<const Eigen::VectorXd>(target_.data(), numbers.size())).squaredNorm();
+std::vector<double> SyntheticTask::probes() const {
+  const auto num_inputs = static_cast<std::size_t>(input_dim_);
+  std::vector<double> inputs;
+  for (std::size_t axis = 0; axis < num_inputs; ++axis) {
+    for (const double offset : kProbeOffsets) {
+      inputs.insert(inputs.end(), target_.begin(), target_.begin() + input_dim_);
+      inputs[inputs.size() - num_inputs + axis] += offset;
+    }
   }
-  const auto count = static_cast<double>(policy.num_components() * target_.size());
-  return elementary::exp(-sensitivity_ * sum / count);
+  return inputs;
+}
+
+std::vector<double> SyntheticTask::ask(Controller& controller) const {
+  const auto num_inputs = static_cast<std::size_t>(input_dim_);
+  const auto num_outputs = static_cast<std::size_t>(output_dim_);
+  const std::vector<double> inputs = probes();
+  const std::size_t num_probes = inputs.size() / num_inputs;
+  std::vector<double> outputs(num_probes * num_outputs);
+  controller.start();
+  for (std::size_t i = 0; i < num_probes; ++i) {
+    controller.act(std::span(inputs).subspan(i * num_inputs, num_inputs),
+                   std::span(outputs).subspan(i * num_outputs, num_outputs));
+  }
+  return outputs;
+}
+
+double SyntheticTask::reward(const std::vector<double>& outputs) const {
+  const auto num_inputs = static_cast<std::size_t>(input_dim_);
+  const auto num_outputs = static_cast<std::size_t>(output_dim_);
+  const std::span<const double> target(target_);
+  const std::span<const double> slope = target.subspan(num_inputs + num_outputs);
+  const std::vector<double> inputs = probes();
+  double sum = 0;
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const std::size_t probe = i / num_outputs;
+    const std::size_t output = i % num_outputs;
+    double line = target[num_inputs + output];
+    for (std::size_t input = 0; input < num_inputs; ++input) {
+      line +=
+          slope[output * num_inputs + input] * (inputs[probe * num_inputs + input] - target[input]);
+    }
+    sum += (outputs[i] - line) * (outputs[i] - line);
+  }
+  return elementary::exp(-sensitivity_ * sum / static_cast<double>(outputs.size()));
 }
 
 void SyntheticTask::spend(std::int64_t duration_us) const {

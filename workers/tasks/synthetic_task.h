@@ -9,15 +9,15 @@ namespace treeroll {
 
 /// A task without a plant, for tests and benchmarks: takes as long as it is told, and fails, hangs
 /// or crashes for the share of policies it is told. Its reward is
-///   exp(-sensitivity * mean over components of mean((v - target)^2)),
-///   v = [mean of the component; slope of its regression line, row by row],
-/// smooth in everything that is explored. Which policies fail, hang or crash follows from a hash of
-/// the policy's bits alone: it is the same on every worker and at every attempt.
+///   exp(-sensitivity * mean((u(x) - line(x))^2)),
+/// u(x) what the policy gives, the mean over its outputs and over some inputs x about that of the
+/// target; 1 for a policy that gives the target's line. Which policies fail, hang or crash follows
+/// from a hash of those outputs alone: it is the same on every worker and at every attempt.
 ///
 /// Settings:
 ///   input_dim = 1, output_dim = 1
 ///   sensitivity = 1
-///   target = [1, 1, ...]     # one number for each of v
+///   target = [1, 1, ...]     # of the line: an input, its outputs, and its slope, row by row
 ///   duration_us = 0          # of each evaluation
 ///   mode = "burn"            # processor time, or "sleep": time on the clock
 ///   fail_fraction = 0        # of policies: status failed
@@ -32,14 +32,18 @@ class SyntheticTask : public Task {
   explicit SyntheticTask(SettingsReader& settings);
 
   TaskDescription description() const override;
-  Evaluation evaluate(const Gmm& policy, std::uint64_t seed) override;
+  Evaluation evaluate(Controller& controller, std::uint64_t seed) override;
 
  private:
   enum class Mode { kBurn, kSleep };
   enum class Fate { kReward, kFail, kHang, kCrash };
 
-  Fate fate(const Gmm& policy) const;
-  double reward(const Gmm& policy) const;
+  Fate fate(const std::vector<double>& outputs) const;
+  double reward(const std::vector<double>& outputs) const;
+  /// x of every probe, one after the other.
+  std::vector<double> probes() const;
+  /// What the controller gives at the probes.
+  std::vector<double> ask(Controller& controller) const;
   void spend(std::int64_t duration_us) const;
 
   int input_dim_;

@@ -9,7 +9,7 @@
 
 #include "common/base/rollout_status.h"
 #include "common/base/task_description.h"
-#include "common/policy/gmm.h"
+#include "common/policy/controller.h"
 
 namespace treeroll {
 
@@ -22,7 +22,7 @@ struct Evaluation {
   RolloutStatus status = RolloutStatus::kOk;
 };
 
-/// A task: plant + policy -> reward. One instance lives in each evaluator process and is asked
+/// A task: plant + controller -> reward. One instance lives in each evaluator process and is asked
 /// again and again, from one thread. A task of one's own is one class and one registration:
 ///
 ///   class ReachTask : public treeroll::Task {
@@ -32,8 +32,9 @@ struct Evaluation {
 ///     treeroll::TaskDescription description() const override {
 ///       return {.input_dim = 1, .output_dim = 1, .reward_max = 1, .time_limit_s = 1};
 ///     }
-///     treeroll::Evaluation evaluate(const treeroll::Gmm& policy, std::uint64_t) override {
-///       const double miss_m = treeroll::Gmr(policy).regress(2.) - goal_m_;
+///     treeroll::Evaluation evaluate(treeroll::Controller& controller, std::uint64_t) override {
+///       controller.start();
+///       const double miss_m = controller.act(2.) - goal_m_;
 ///       return {.reward = treeroll::elementary::exp(-miss_m * miss_m)};
 ///     }
 ///    private:
@@ -48,14 +49,14 @@ class Task {
   virtual ~Task() = default;
   virtual TaskDescription description() const = 0;
   /// A simulation that goes wrong is an answer with a status. What is thrown ends the evaluator.
-  /// @param policy  mixture with the dimensions of the description
-  /// @param seed    for tasks that are not deterministic
-  virtual Evaluation evaluate(const Gmm& policy, std::uint64_t seed) = 0;
+  /// @param controller  of a policy with the dimensions of the description
+  /// @param seed        for tasks that are not deterministic
+  virtual Evaluation evaluate(Controller& controller, std::uint64_t seed) = 0;
   /// The same evaluation, to the bit, that also records what happens on the way
   /// (workers/tasks/trace.h), for treeroll-evaluate --trace. A task that does not override it
   /// records nothing. Learning never calls it.
-  virtual Evaluation evaluate_traced(const Gmm& policy, std::uint64_t seed, Trace& /*trace*/) {
-    return evaluate(policy, seed);
+  virtual Evaluation evaluate_traced(Controller& controller, std::uint64_t seed, Trace& /*trace*/) {
+    return evaluate(controller, seed);
   }
 };
 

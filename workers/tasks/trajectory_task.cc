@@ -1,45 +1,31 @@
 #include "workers/tasks/trajectory_task.h"
 
-#include <array>
-#include <string>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include "common/base/check.h"
+#include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
-#include "common/policy/gmr.h"
-#include "common/policy/mixture_settings.h"
+#include "workers/tasks/time_settings.h"
+#include "workers/tasks/trace.h"
 
 namespace treeroll {
-namespace {
 
-constexpr NumberRule kDuration{.min = 0, .max = 1e6, .min_allowed = false};
-constexpr NumberRule kTimeLimit{.min = .001, .max = 86400};
-constexpr std::int64_t kSamplesMax = 100'000;
+TrajectoryTask::TrajectoryTask(GoalTrajectory goal, double alpha, double time_limit_s)
+    : goal_(std::move(goal)), alpha_(alpha), time_limit_s_(time_limit_s) {}
 
-GoalTrajectory read_goal(SettingsReader& settings) {
-  const double duration_s = settings.number("duration_s", kDuration, 2);
-  const auto num_samples = static_cast<int>(settings.integer("samples", 1, kSamplesMax, 100));
-  SettingsReader table = settings.table("goal");
-  const Gmm mixture = read_mixture(table, std::array{0., duration_s});
-  if (mixture.input_dim() != 1) table.refuse("inputs", "must be 1: a trajectory is over time");
-  table.finish();
-  const Gmr gmr(mixture);
-  GoalTrajectory goal{.times_s = sample_times(duration_s, num_samples),
-                      .outputs = Eigen::MatrixXd(mixture.output_dim(), num_samples)};
-  for (int i = 0; i < num_samples; ++i) {
-    const Eigen::VectorXd time_s =
-        Eigen::VectorXd::Constant(1, goal.times_s[static_cast<std::size_t>(i)]);
-    goal.outputs.col(i) = gmr.regress(time_s);
-  }
-  return goal;
+std::unique_ptr<Task> TrajectoryTask::with_mixture_goal(SettingsReader& settings) {
+  const double alpha = settings.number("alpha", kPositive, 20);
+  const double time_limit_s = read_time_limit_s(settings);
+  return std::make_unique<TrajectoryTask>(read_mixture_goal(settings), alpha, time_limit_s);
 }
 
-}  // namespace
-
-TrajectoryTask::TrajectoryTask(SettingsReader& settings)
-    : alpha_(settings.number("alpha", kPositive, 20)),
-      time_limit_s_(settings.number("time_limit_s", kTimeLimit, 10)),
-      goal_(read_goal(settings)) {}
+std::unique_ptr<Task> TrajectoryTask::spiral(SettingsReader& settings) {
+  const double alpha = settings.number("alpha", kPositive, 5);
+  const double time_limit_s = read_time_limit_s(settings);
+  return std::make_unique<TrajectoryTask>(read_spiral_goal(settings), alpha, time_limit_s);
+}
 
 TaskDescription TrajectoryTask::description() const {
   return {.input_dim = 1,
@@ -50,20 +36,41 @@ TaskDescription TrajectoryTask::description() const {
           .deterministic = true};
 }
 
-Evaluation TrajectoryTask::evaluate(const Gmm& policy, std::uint64_t /*seed*/) {
-  return {.reward = trajectory_reward(goal_, alpha_, policy)};
+Evaluation TrajectoryTask::evaluate(Controller& controller, std::uint64_t /*seed*/) {
+  return roll_out(controller, nullptr);
 }
 
-Evaluation TrajectoryTask::evaluate_traced(const Gmm& policy, std::uint64_t /*seed*/,
+Evaluation TrajectoryTask::evaluate_traced(Controller& controller, std::uint64_t /*seed*/,
                                            Trace& trace) {
-  std::vector<std::string> outputs = {"x"};
-  if (goal_.outputs.rows() > 1) {
-    outputs.clear();
-    for (Eigen::Index o = 1; o <= goal_.outputs.rows(); ++o) {
-      outputs.push_back("x" + std::to_string(o));
+  std::vector<std::string> columns = {goal_.time_name};
+  columns.insert(columns.end(), goal_.names.begin(), goal_.names.end());
+  for (const std::string& name : goal_.names) columns.push_back("goal_" + name);
+  trace.set_columns(columns);
+  trace.set_policy_columns({goal_.time_name}, goal_.names);
+  return roll_out(controller, &trace);
+}
+
+Evaluation TrajectoryTask::roll_out(Controller& controller, Trace* trace) {
+  const auto output_dim = static_cast<std::size_t>(goal_.outputs.rows());
+  CHECK(controller.input_dim() == 1 && controller.output_dim() == goal_.outputs.rows(),
+        "a controller from time to the outputs of the goal");
+  controller.start();
+  // Time, outputs and goals: a row of the trace.
+  std::vector<double> row(1 + 2 * output_dim);
+  const std::span<double> outputs = std::span(row).subspan(1, output_dim);
+  const std::span<double> wanted = std::span(row).last(output_dim);
+  double sum = 0;
+  for (std::size_t i = 0; i < goal_.times_s.size(); ++i) {
+    row[0] = goal_.times_s[i];
+    controller.act(std::span(row).first(1), outputs);
+    for (std::size_t o = 0; o < output_dim; ++o) {
+      wanted[o] = goal_.outputs(static_cast<Eigen::Index>(o), static_cast<Eigen::Index>(i));
+      const double miss = outputs[o] - wanted[o];
+      sum += miss * miss;
     }
+    if (trace != nullptr) trace->add_row(row);
   }
-  return {.reward = traced_trajectory_reward(goal_, alpha_, policy, "time_s", outputs, trace)};
+  return {.reward = elementary::exp(-alpha_ * sum / static_cast<double>(goal_.times_s.size()))};
 }
 
 }  // namespace treeroll

@@ -1,35 +1,49 @@
 #pragma once
 
+#include <memory>
+
 #include "workers/tasks/goal_trajectory.h"
 #include "workers/tasks/task.h"
 
 namespace treeroll {
 
-/// Following a trajectory that a mixture generates, thesis sections 4-1 and 4-2. The policy gives
-/// the position for the time in s; the reward is exp(-alpha mean squared distance), (4-1).
-///
-/// Settings:
-///   duration_s = 2
-///   samples = 100               # at duration_s (i + .5) / samples
-///   alpha = 20
-///   time_limit_s = 10
-///   [goal]                      # the mixture, as common/policy/mixture_settings.h reads it: one
-///   outputs = [1.25, .75, -.75, -1.25]   # input, any number of outputs; equally spaced ones over
-///   deviations = [.25, .3]               # the duration, unless a range or means are given
+/// Following a trajectory, thesis sections 4-1, 4-2 and A-4-3. The policy gives the outputs for the
+/// time; the reward is exp(-alpha times the mean over samples of the squared distance to the goal),
+/// (4-1), (A-37).
 class TrajectoryTask : public Task {
  public:
-  /// Throws ConfigError.
-  explicit TrajectoryTask(SettingsReader& settings);
+  TrajectoryTask(GoalTrajectory goal, double alpha, double time_limit_s);
+
+  /// The task "trajectory", whose goal a mixture generates. Throws ConfigError. Settings:
+  ///   duration_s = 2
+  ///   samples = 100              # at duration_s (i + .5) / samples
+  ///   alpha = 20
+  ///   time_limit_s = 10
+  ///   [goal]                     # as common/mixture/mixture_settings.h reads a mixture: one
+  ///   input, outputs = [1.25, .75, -.75, -1.25]   # any number of outputs; equally spaced ones
+  ///   over the deviations = [.25, .3]               # duration, unless a range or means are given
+  static std::unique_ptr<Task> with_mixture_goal(SettingsReader& settings);
+
+  /// The task "spiral" of section A-4-3: two outputs that go round a circle over time, (A-35).
+  /// Throws ConfigError. Settings:
+  ///   duration = 15.70...     # 5 pi, what the six Gaussians of reach from 0
+  ///   samples = 100           # at duration (i + .5) / samples
+  ///   alpha = 5
+  ///   time_limit_s = 10
+  static std::unique_ptr<Task> spiral(SettingsReader& settings);
 
   TaskDescription description() const override;
-  Evaluation evaluate(const Gmm& policy, std::uint64_t seed) override;
-  /// Columns: time in s, the outputs and their goals, at each sample.
-  Evaluation evaluate_traced(const Gmm& policy, std::uint64_t seed, Trace& trace) override;
+  Evaluation evaluate(Controller& controller, std::uint64_t seed) override;
+  /// Columns: the time, the outputs and their goals, at each sample.
+  Evaluation evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) override;
 
  private:
+  /// @param trace  may be null
+  Evaluation roll_out(Controller& controller, Trace* trace);
+
+  GoalTrajectory goal_;
   double alpha_;
   double time_limit_s_;
-  GoalTrajectory goal_;
 };
 
 }  // namespace treeroll

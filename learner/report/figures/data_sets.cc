@@ -3,12 +3,9 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
-
-#include "common/policy/gmr.h"
+#include <span>
 
 namespace treeroll::report {
 namespace {
@@ -25,46 +22,39 @@ int DataSets::end() {
   return count_++;
 }
 
-int add_ellipses(const Gmm& gmm, Plane plane, DataSets& data) {
+std::string ellipses(const PolicySketch::Layer& layer, Plane plane, const std::string& style,
+                     DataSets& data) {
+  if (layer.gaussians.empty()) return "";
   data.begin("across up: ellipses");
-  for (const Component& component : gmm.components()) {
+  for (const PolicySketch::Gaussian& gaussian : layer.gaussians) {
+    const Eigen::MatrixXd& s = gaussian.covariance;
     Eigen::Matrix2d covariance;
-    covariance << component.covariance(plane.across, plane.across),
-        component.covariance(plane.across, plane.up), component.covariance(plane.up, plane.across),
-        component.covariance(plane.up, plane.up);
+    covariance << s(plane.across, plane.across), s(plane.across, plane.up),
+        s(plane.up, plane.across), s(plane.up, plane.up);
     const Eigen::Matrix2d factor = covariance.llt().matrixL();
     for (int i = 0; i <= kEllipsePoints; ++i) {
       const double angle = 2 * std::numbers::pi * i / kEllipsePoints;
       const Eigen::Vector2d at =
           kEllipseDeviations * factor * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-      data.add(component.mean[plane.across] + at[0], component.mean[plane.up] + at[1]);
+      data.add(gaussian.mean[plane.across] + at[0], gaussian.mean[plane.up] + at[1]);
     }
     data.interrupt();
   }
-  return data.end();
+  return fmt::format("data index {} using 1:2 with lines {} notitle, ", data.end(), style);
 }
 
-Range inputs_of(const Gmm& gmm) {
-  Range range{.low = std::numeric_limits<double>::infinity(),
-              .high = -std::numeric_limits<double>::infinity()};
-  for (const Component& component : gmm.components()) {
-    const double reach = kEllipseDeviations * std::sqrt(component.covariance(0, 0));
-    range.low = std::min(range.low, component.mean[0] - reach);
-    range.high = std::max(range.high, component.mean[0] + reach);
-  }
-  return range;
-}
-
-int add_regression(const Gmm& gmm, Plane plane, Range inputs, DataSets& data) {
+std::string curve(const PolicySketch::Layer& layer, Plane plane, Range inputs,
+                  const std::string& style, DataSets& data) {
   data.begin("across up: regression");
-  const Gmr gmr(gmm);
+  Controller& controller = *layer.controller;
+  controller.start();
+  std::vector<double> all(1 + static_cast<std::size_t>(controller.output_dim()));
   for (int i = 0; i <= kCurvePoints; ++i) {
-    Eigen::VectorXd all(gmm.dim());
     all[0] = inputs.low + (inputs.high - inputs.low) * i / kCurvePoints;
-    all.tail(gmm.output_dim()) = gmr.regress(Eigen::VectorXd::Constant(1, all[0]));
-    data.add(all[plane.across], all[plane.up]);
+    controller.act(std::span(all).first(1), std::span(all).subspan(1));
+    data.add(all[static_cast<std::size_t>(plane.across)], all[static_cast<std::size_t>(plane.up)]);
   }
-  return data.end();
+  return fmt::format("data index {} using 1:2 with lines {} notitle", data.end(), style);
 }
 
 int add_curve(const std::string& what, const std::vector<double>& across,

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "common/policy/gmm.h"
+#include "common/policy/policy.h"
 #include "learner/report/figures/plot.h"
 
 namespace treeroll::report {
@@ -27,7 +27,7 @@ class DataSets {
 /// How far from its mean a Gaussian is drawn, in standard deviations.
 inline constexpr double kEllipseDeviations = 2;
 
-/// What is drawn over what: two variables of a mixture.
+/// What is drawn over what: two variables of [input; output].
 struct Plane {
   Eigen::Index across = 0;
   Eigen::Index up = 1;
@@ -38,14 +38,17 @@ struct Range {
   double high = 0;
 };
 
-/// Each component's ellipse of two standard deviations in the plane, an empty line between them.
-int add_ellipses(const Gmm& gmm, Plane plane, DataSets& data);
+/// Each Gaussian's ellipse of two standard deviations in the plane.
+/// @param style  of the lines, as gnuplot has it
+/// @return       their part of a plot command, ending in ", "; empty for a layer without Gaussians
+std::string ellipses(const PolicySketch::Layer& layer, Plane plane, const std::string& style,
+                     DataSets& data);
 
-/// The inputs that the Gaussians cover. Precondition: one input.
-Range inputs_of(const Gmm& gmm);
-
-/// The regression's curve in the plane, over a range of the input. Precondition: one input.
-int add_regression(const Gmm& gmm, Plane plane, Range inputs, DataSets& data);
+/// What the layer's controller gives, as a curve in the plane over a range of the input.
+/// Precondition: one input.
+/// @return  its part of a plot command
+std::string curve(const PolicySketch::Layer& layer, Plane plane, Range inputs,
+                  const std::string& style, DataSets& data);
 
 /// A line through points. Precondition: `across` is as long as `up`.
 int add_curve(const std::string& what, const std::vector<double>& across,

@@ -17,7 +17,7 @@ std::vector<std::string> other_goals(const LearntPolicy& policy) {
   for (std::size_t i = 1; i < trace.columns.size(); ++i) {
     const std::string& name = trace.columns[i];
     const auto& outputs = trace.policy_outputs;
-    const bool is_shown = policy.start.input_dim() == 1 &&
+    const bool is_shown = policy.start->input_dim() == 1 &&
                           std::find(outputs.begin(), outputs.end(), name) != outputs.end();
     if (!is_shown && column_of(trace, goal_of(name))) names.push_back(name);
   }

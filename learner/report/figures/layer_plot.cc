@@ -20,7 +20,8 @@ struct Panel {
 };
 
 std::string axis(const StartModel& start, Eigen::Index variable) {
-  if (start.columns.size() == static_cast<std::size_t>(start.tree.dim())) {
+  const int dim = start.policy->input_dim() + start.policy->output_dim();
+  if (start.columns.size() == static_cast<std::size_t>(dim)) {
     return axis_title(start.columns[static_cast<std::size_t>(variable)]);
   }
   return variable == 0 ? "input" : fmt::format("output {}", variable);
@@ -30,8 +31,8 @@ std::string title(const Panel& panel) {
   const std::vector<std::string>& names = panel.start->conditions;
   std::string title = names.front();
   if (names.size() > 1) title += fmt::format(" and {} more", names.size() - 1);
-  if (panel.start->tree.num_layers() > 1) title += fmt::format(", layer {}", panel.layer);
-  if (panel.start->tree.dim() > 2) title += fmt::format(", output {}", panel.output);
+  if (panel.start->policy->num_layers() > 1) title += fmt::format(", layer {}", panel.layer);
+  if (panel.start->policy->output_dim() > 1) title += fmt::format(", output {}", panel.output);
   return title;
 }
 
@@ -49,14 +50,12 @@ std::string add_samples(const Eigen::MatrixXd& samples, Plane plane, DataSets& d
 std::string commands(const Panel& panel, DataSets& data) {
   const StartModel& start = *panel.start;
   const Plane plane{.across = 0, .up = panel.output};
-  const Gmm gmm = start.tree.layer(panel.layer);
-  const Range inputs = inputs_of(start.tree.finest());
-  std::string lines = start.demonstration ? add_samples(*start.demonstration, plane, data) : "";
-  lines += fmt::format("data index {} using 1:2 with lines lt 2 lw 1 notitle, ",
-                       add_ellipses(gmm, plane, data));
-  lines += fmt::format("data index {} using 1:2 with lines lt 1 notitle",
-                       add_regression(gmm, plane, inputs, data));
+  const PolicySketch sketch = start.policy->sketch();
   const auto layer = static_cast<std::size_t>(panel.layer - 1);
+  const Range inputs{.low = sketch.input_low, .high = sketch.input_high};
+  std::string lines = start.demonstration ? add_samples(*start.demonstration, plane, data) : "";
+  lines += ellipses(sketch.layers[layer], plane, "lt 2 lw 1", data);
+  lines += curve(sketch.layers[layer], plane, inputs, "lt 1", data);
   std::string heading = literal(title(panel));
   if (layer < start.log_likelihoods.size()) {
     heading += fmt::format(".\"\\n\".'log-likelihood {:.4f}'", start.log_likelihoods[layer]);
@@ -74,10 +73,10 @@ std::vector<Plot> layer_plots(const std::string& study, const std::vector<StartM
   std::vector<Panel> panels;
   bool has_samples = false;
   for (const StartModel& start : starts) {
-    if (start.tree.input_dim() != 1) continue;
+    if (start.policy->input_dim() != 1) continue;
     has_samples = has_samples || start.demonstration;
-    for (Eigen::Index output = 1; output < start.tree.dim(); ++output) {
-      for (int layer = 1; layer <= start.tree.num_layers(); ++layer) {
+    for (Eigen::Index output = 1; output <= start.policy->output_dim(); ++output) {
+      for (int layer = 1; layer <= start.policy->num_layers(); ++layer) {
         panels.push_back({.start = &start, .layer = layer, .output = output});
       }
     }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/policy/tree_model.h"
+#include "common/policy/policy.h"
 #include "learner/report/figures/plot.h"
 
 namespace treeroll::report {
@@ -13,7 +13,7 @@ namespace treeroll::report {
 /// A policy that learning begins with.
 struct StartModel {
   std::vector<std::string> conditions;  ///< that begin with it
-  TreeModel tree;
+  PolicyPtr policy;
   /// What it was fitted to: d x N, columns are observations; null for one that was given.
   std::shared_ptr<const Eigen::MatrixXd> demonstration;
   std::vector<double> log_likelihoods = {};  ///< per sample, by layer; empty without a fit

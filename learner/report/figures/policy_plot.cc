@@ -15,10 +15,14 @@ constexpr int kLayersNamed = 2;
 
 using Policies = std::vector<const LearntPolicy*>;
 
-bool is_drawn(const LearntPolicy& policy) { return policy.start.input_dim() == 1; }
+bool is_drawn(const LearntPolicy& policy) { return policy.start->input_dim() == 1; }
 
-const TreeModel& after(const LearntPolicy& policy) {
-  return policy.best ? policy.best->tree : policy.start;
+int dim(const LearntPolicy& policy) {
+  return policy.start->input_dim() + policy.start->output_dim();
+}
+
+const Policy& after(const LearntPolicy& policy) {
+  return policy.best ? *policy.best : *policy.start;
 }
 
 /// Names of the variables for the axes and, where the trace has one, the trace.
@@ -37,9 +41,10 @@ Names names_of(const LearntPolicy& policy) {
   for (const auto* rollout : {&policy.best_rollout, &policy.start_rollout}) {
     if (!*rollout || names.trace != nullptr) continue;
     const RolloutTrace& trace = (*rollout)->trace;
-    const auto dim = static_cast<std::size_t>(policy.start.dim());
-    if (trace.policy_inputs.size() + trace.policy_outputs.size() != dim) continue;
-    if (trace.policy_inputs.size() != static_cast<std::size_t>(policy.start.input_dim())) continue;
+    if (trace.policy_inputs.size() != static_cast<std::size_t>(policy.start->input_dim())) continue;
+    if (trace.policy_outputs.size() != static_cast<std::size_t>(policy.start->output_dim())) {
+      continue;
+    }
     names.trace = &trace;
     names.columns = trace.policy_inputs;
     names.columns.insert(names.columns.end(), trace.policy_outputs.begin(),
@@ -62,33 +67,31 @@ std::string goal_line(const Names& names, Plane plane, DataSets& data) {
                      add_curve("goal", *across, *up, data));
 }
 
-/// A path ends where the task ends it; beyond, the regression is nobody's path.
-Range inputs_of_path(const LearntPolicy& policy, const Names& names) {
+/// A path ends where the task ends it; beyond, the policy is nobody's path.
+Range inputs_of_path(const PolicySketch& start, const Names& names) {
   if (names.trace != nullptr) {
     const std::vector<double> inputs = *column_of(*names.trace, names.columns.front());
     const auto [low, high] = std::minmax_element(inputs.begin(), inputs.end());
     if (!inputs.empty() && std::isfinite(*low) && *low < *high) return {*low, *high};
   }
-  return inputs_of(policy.start.finest());
+  return {start.input_low, start.input_high};
 }
 
-/// One panel: goal, start, the layers after learning, what they regress to.
+/// One panel: goal, start, the layers after learning, what they come to.
 std::string panel(const LearntPolicy& policy, Plane plane, bool is_path, DataSets& data) {
   const Names names = names_of(policy);
-  const Gmm start = policy.start.finest();
-  const Range inputs = is_path ? inputs_of_path(policy, names) : inputs_of(start);
+  const PolicySketch start = policy.start->sketch();
+  const PolicySketch learnt = after(policy).sketch();
+  const Range inputs =
+      is_path ? inputs_of_path(start, names) : Range{start.input_low, start.input_high};
   std::string lines = goal_line(names, plane, data);
-  lines += fmt::format("data index {} using 1:2 with lines lt 2 lw 1 notitle, ",
-                       add_ellipses(start, plane, data));
-  lines += fmt::format("data index {} using 1:2 with lines lt 2 notitle",
-                       add_regression(start, plane, inputs, data));
-  for (int layer = 1; layer <= after(policy).num_layers(); ++layer) {
-    lines += fmt::format(", data index {} using 1:2 with lines lt {} lw 1 notitle",
-                         add_ellipses(after(policy).layer(layer), plane, data),
-                         std::min(layer, kLayersNamed + 1) + 2);
+  lines += ellipses(start.layers.back(), plane, "lt 2 lw 1", data);
+  lines += curve(start.layers.back(), plane, inputs, "lt 2", data) + ", ";
+  for (int layer = 1; layer <= static_cast<int>(learnt.layers.size()); ++layer) {
+    const std::string style = fmt::format("lt {} lw 1", std::min(layer, kLayersNamed + 1) + 2);
+    lines += ellipses(learnt.layers[static_cast<std::size_t>(layer - 1)], plane, style, data);
   }
-  lines += fmt::format(", data index {} using 1:2 with lines lt 1 notitle",
-                       add_regression(after(policy).finest(), plane, inputs, data));
+  lines += curve(learnt.layers.back(), plane, inputs, "lt 1", data);
   const std::string range =
       is_path ? "[*:*]; set size ratio -1" : fmt::format("[{}:{}]", inputs.low, inputs.high);
   return fmt::format(
@@ -138,14 +141,13 @@ std::vector<Plot> policy_plots(const std::string& study,
                                const std::vector<LearntPolicy>& policies) {
   Eigen::Index outputs_max = 0;
   for (const LearntPolicy& policy : policies) {
-    outputs_max =
-        std::max<Eigen::Index>(outputs_max, policy.start.dim() - policy.start.input_dim());
+    outputs_max = std::max<Eigen::Index>(outputs_max, policy.start->output_dim());
   }
   std::vector<Plot> plots;
   for (Eigen::Index output = 1; output <= outputs_max; ++output) {
     const Plane plane{.across = 0, .up = output};
     const auto all = pages(policies, [&](const LearntPolicy& policy) {
-      return is_drawn(policy) && policy.start.dim() > output;
+      return is_drawn(policy) && dim(policy) > output;
     });
     for (std::size_t page = 0; page < all.size(); ++page) {
       Plot plot{.title = "Policies of " + study + " before and after learning"};
@@ -172,9 +174,8 @@ std::vector<Plot> policy_plots(const std::string& study,
 std::vector<Plot> path_plots(const std::string& study, const std::vector<LearntPolicy>& policies) {
   const Plane plane{.across = 1, .up = 2};
   std::vector<Plot> plots;
-  const auto all = pages(policies, [](const LearntPolicy& policy) {
-    return is_drawn(policy) && policy.start.dim() == 3;
-  });
+  const auto all = pages(
+      policies, [](const LearntPolicy& policy) { return is_drawn(policy) && dim(policy) == 3; });
   for (std::size_t page = 0; page < all.size(); ++page) {
     Plot plot{.title = "Paths of " + study + " before and after learning"};
     name_page("paths", page, all.size(), plot);

@@ -13,8 +13,8 @@ namespace treeroll::report {
 /// What a condition began with, and the best it has come to.
 struct LearntPolicy {
   std::string condition;
-  TreeModel start;
-  std::optional<Policy> best = {};                 ///< of the best roll-out of all repetitions
+  PolicyPtr start;
+  PolicyPtr best = {};  ///< of the best roll-out of all repetitions; null: none
   std::optional<ShownRollout> start_rollout = {};  ///< of `start`, if a worker executable made it
   std::optional<ShownRollout> best_rollout = {};   ///< of `best`
 };

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "tests/report/figures/tree_policies.h"
+
 namespace treeroll::report {
 namespace {
 
@@ -26,7 +28,7 @@ StartModel fitted(Eigen::Index num_samples) {
   Eigen::MatrixXd samples(2, num_samples);
   for (Eigen::Index i = 0; i < num_samples; ++i) samples.col(i) << 1. * i, 2. * i;
   return {.conditions = {"tree"},
-          .tree = tree(),
+          .policy = as_policy(tree()),
           .demonstration = std::make_shared<const Eigen::MatrixXd>(samples),
           .log_likelihoods = {-.75, -.5},
           .columns = {"time_s", "x_m"}};
@@ -49,7 +51,8 @@ TEST(LayerPlotTest, EachLayerHasAPanelWithItsGaussiansAndItsFit) {
 
 TEST(LayerPlotTest, AStartThatWasGivenHasNoSamplesAndNoLikelihood) {
   const auto plots = layer_plots(
-      "mine", {{.conditions = {"a", "b", "c"}, .tree = tree(), .demonstration = nullptr}});
+      "mine",
+      {{.conditions = {"a", "b", "c"}, .policy = as_policy(tree()), .demonstration = nullptr}});
   EXPECT_THAT(plots[0].data, Not(HasSubstr("demonstration")));
   EXPECT_THAT(plots[0].commands, Not(HasSubstr("log-likelihood")));
   EXPECT_THAT(plots[0].caption, Not(HasSubstr("demonstration")));
@@ -66,8 +69,8 @@ TEST(LayerPlotTest, OfManySamplesSomeAreDrawn) {
 TEST(LayerPlotTest, SeveralInputsAreLeftOut) {
   const Component component{1, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
   EXPECT_THAT(layer_plots("mine", {{.conditions = {"a"},
-                                    .tree = TreeModel::from_global(FrameKind::kCholesky,
-                                                                   {Gmm(2, {component})}, {{}}),
+                                    .policy = as_policy(TreeModel::from_global(
+                                        FrameKind::kCholesky, {Gmm(2, {component})}, {{}})),
                                     .demonstration = nullptr}}),
               IsEmpty());
 }

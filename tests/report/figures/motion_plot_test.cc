@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "tests/report/figures/tree_policies.h"
+
 namespace treeroll::report {
 namespace {
 
@@ -35,7 +37,7 @@ ShownRollout moving(int num_rows, double reward) {
 }
 
 LearntPolicy policy(const std::string& condition) {
-  LearntPolicy policy{.condition = condition, .start = one_gaussian()};
+  LearntPolicy policy{.condition = condition, .start = as_policy(one_gaussian())};
   policy.start_rollout = moving(37, .25);
   return policy;
 }
@@ -80,7 +82,8 @@ TEST(MotionPlotTest, WithoutPosesThereIsNothingToSee) {
   EXPECT_THAT(motion_plots("mine", {learnt}), IsEmpty());
   learnt.start_rollout->trace.poses.assign(37, {});
   EXPECT_THAT(motion_plots("mine", {learnt}), IsEmpty());
-  EXPECT_THAT(motion_plots("mine", {{.condition = "a", .start = one_gaussian()}}), IsEmpty());
+  EXPECT_THAT(motion_plots("mine", {{.condition = "a", .start = as_policy(one_gaussian())}}),
+              IsEmpty());
 }
 
 TEST(MotionPlotTest, PosesWithoutANumberAreDrawnAsNothing) {

@@ -6,6 +6,8 @@
 #include <Eigen/Cholesky>
 #include <sstream>
 
+#include "tests/report/figures/tree_policies.h"
+
 namespace treeroll::report {
 namespace {
 
@@ -20,9 +22,8 @@ TreeModel one_gaussian(double mean_output) {
   return TreeModel::from_global(FrameKind::kCholesky, {Gmm(1, {component})}, {{}});
 }
 
-LearntPolicy learnt(const std::string& condition, TreeModel start,
-                    std::optional<Policy> best = std::nullopt) {
-  return {.condition = condition, .start = std::move(start), .best = std::move(best)};
+LearntPolicy learnt(const std::string& condition, TreeModel start, PolicyPtr best = nullptr) {
+  return {.condition = condition, .start = as_policy(std::move(start)), .best = std::move(best)};
 }
 
 /// A Gaussian over one input and two outputs, uncorrelated.
@@ -69,7 +70,7 @@ TEST(PolicyPlotTest, RegressionOfOneGaussianIsItsLineOverTheInputsItCovers) {
 }
 
 TEST(PolicyPlotTest, TheBestIsDrawnOverTheStart) {
-  const Policy best{one_gaussian(5), 1, ThetaLayout::kMeansCholesky};
+  const PolicyPtr best = as_policy(one_gaussian(5));
   const Plot plot = policy_plots("mine", {learnt("it's", one_gaussian(3), best)}).front();
   EXPECT_THAT(plot.data, HasSubstr("regression\n0 3.8"));
   EXPECT_THAT(plot.commands, HasSubstr("set title 'it''s'"));

@@ -1,0 +1,169 @@
+#include "common/mixture/gmr.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "common/base/check.h"
+#include "common/base/elementary.h"
+#include "common/base/mirrored.h"
+
+namespace treeroll {
+namespace {
+
+constexpr double kNothing = -std::numeric_limits<double>::infinity();
+
+double bounded(double input) { return std::clamp(input, -kGmmMagnitudeMax, kGmmMagnitudeMax); }
+
+}  // namespace
+
+Gmr::Gmr(const Gmm& gmm)
+    : input_dim_(gmm.input_dim()),
+      output_dim_(gmm.output_dim()),
+      num_components_(gmm.num_components()) {
+  for (int k = 0; k < num_components_; ++k) {
+    const Component& component = gmm[k];
+    if (component.prior == 0) continue;
+    const Eigen::MatrixXd s_oi = component.covariance.bottomLeftCorner(output_dim_, input_dim_);
+    const Eigen::LLT<Eigen::MatrixXd> s_ii(
+        component.covariance.topLeftCorner(input_dim_, input_dim_));
+    CHECK(s_ii.info() == Eigen::Success, "a Gmm holds positive definite covariances");
+
+    Prepared prepared;
+    prepared.component = k;
+    prepared.mean_input = component.mean.head(input_dim_);
+    prepared.mean_output = component.mean.tail(output_dim_);
+    prepared.factor_input = s_ii.matrixL();
+    prepared.slope = s_ii.solve(s_oi.transpose()).transpose();
+    prepared.conditional_covariance =
+        mirrored(component.covariance.bottomRightCorner(output_dim_, output_dim_) -
+                 prepared.slope * s_oi.transpose());
+    // The factor (2 pi)^(-dI/2) is common to all components and cancels in.
+    prepared.log_weight = elementary::log(component.prior);
+    for (int i = 0; i < input_dim_; ++i) {
+      prepared.log_weight -= elementary::log(prepared.factor_input(i, i));
+    }
+    if (input_dim_ == 1 && output_dim_ == 1) {
+      lines_.push_back({prepared.mean_input[0], prepared.factor_input(0, 0), prepared.slope(0, 0),
+                        prepared.mean_output[0], prepared.log_weight});
+    }
+    prepared_.push_back(std::move(prepared));
+  }
+}
+
+double Gmr::regress(double input) const {
+  CHECK(!lines_.empty(), "regress(double) is for one input and one output");
+  const double x = bounded(input);
+  const auto log_density = [x](const Line& line) {
+    const double distance = (x - line.mean_input) / line.deviation_input;
+    return line.log_weight - .5 * distance * distance;
+  };
+  // Log-sum-exp over two passes: the density is cheaper to have twice than to keep.
+  double largest = kNothing;
+  for (const Line& line : lines_) largest = std::max(largest, log_density(line));
+  double weight_sum = 0;
+  double output_sum = 0;
+  for (const Line& line : lines_) {
+    const double weight = elementary::exp(log_density(line) - largest);
+    if (weight == 0) continue;
+    weight_sum += weight;
+    output_sum += weight * (line.mean_output + line.slope * (x - line.mean_input));
+  }
+  return output_sum / weight_sum;
+}
+
+Gmr::WorkSpace Gmr::work_space() const {
+  WorkSpace work;
+  work.input.resize(input_dim_);
+  work.difference.resize(input_dim_);
+  work.conditional.resize(output_dim_);
+  work.weights.setZero(num_components_);
+  work.log_densities.resize(prepared_.size());
+  work.mean.resize(output_dim_);
+  return work;
+}
+
+void Gmr::take_weights(WorkSpace& work) const {
+  double largest = kNothing;
+  for (std::size_t i = 0; i < prepared_.size(); ++i) {
+    const Prepared& prepared = prepared_[i];
+    work.difference = work.input - prepared.mean_input;
+    prepared.factor_input.triangularView<Eigen::Lower>().solveInPlace(work.difference);
+    work.log_densities[i] = prepared.log_weight - .5 * work.difference.squaredNorm();
+    largest = std::max(largest, work.log_densities[i]);
+  }
+  double sum = 0;
+  for (std::size_t i = 0; i < prepared_.size(); ++i) {
+    const double weight = elementary::exp(work.log_densities[i] - largest);
+    work.weights[prepared_[i].component] = weight;
+    sum += weight;
+  }
+  work.weights /= sum;
+}
+
+void Gmr::take_conditional_mean(const Prepared& prepared, WorkSpace& work) const {
+  work.difference = work.input - prepared.mean_input;
+  work.conditional = prepared.mean_output;
+  work.conditional.noalias() += prepared.slope * work.difference;
+}
+
+void Gmr::regress(std::span<const double> input, WorkSpace& work, std::span<double> output) const {
+  CHECK(static_cast<int>(input.size()) == input_dim_ &&
+            static_cast<int>(output.size()) == output_dim_,
+        "an input and an output have the mixture's dimensions");
+  if (!lines_.empty()) {
+    output[0] = regress(input[0]);
+    return;
+  }
+  for (int i = 0; i < input_dim_; ++i) work.input[i] = bounded(input[static_cast<std::size_t>(i)]);
+  take_weights(work);
+  work.mean.setZero();
+  for (const Prepared& prepared : prepared_) {
+    const double weight = work.weights[prepared.component];
+    if (weight == 0) continue;
+    take_conditional_mean(prepared, work);
+    work.mean += weight * work.conditional;
+  }
+  std::copy(work.mean.begin(), work.mean.end(), output.begin());
+}
+
+Eigen::VectorXd Gmr::regress(const Eigen::Ref<const Eigen::VectorXd>& input) const {
+  WorkSpace work = work_space();
+  Eigen::VectorXd output(output_dim_);
+  regress(std::span(input.data(), static_cast<std::size_t>(input.size())), work,
+          std::span(output.data(), static_cast<std::size_t>(output.size())));
+  return output;
+}
+
+Eigen::VectorXd Gmr::weights(const Eigen::Ref<const Eigen::VectorXd>& input) const {
+  CHECK(input.size() == input_dim_, "an input has the mixture's number of inputs");
+  WorkSpace work = work_space();
+  work.input = input.unaryExpr(&bounded);
+  take_weights(work);
+  return work.weights;
+}
+
+Eigen::MatrixXd Gmr::variance(const Eigen::Ref<const Eigen::VectorXd>& input,
+                              VarianceKind kind) const {
+  const Eigen::VectorXd mean = regress(input);
+  WorkSpace work = work_space();
+  work.input = input.unaryExpr(&bounded);
+  take_weights(work);
+  Eigen::MatrixXd variance = Eigen::MatrixXd::Zero(output_dim_, output_dim_);
+  for (const Prepared& prepared : prepared_) {
+    const double weight = work.weights[prepared.component];
+    if (weight == 0) continue;
+    if (kind == VarianceKind::kAsPrinted) {
+      variance += weight * weight * prepared.conditional_covariance;
+    } else {
+      // Deviations from the common mean: the same sum, without the cancellation.
+      take_conditional_mean(prepared, work);
+      const Eigen::VectorXd deviation = work.conditional - mean;
+      variance += weight * (prepared.conditional_covariance + deviation * deviation.transpose());
+    }
+  }
+  return variance;
+}
+
+}  // namespace treeroll

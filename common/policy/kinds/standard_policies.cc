@@ -1,0 +1,13 @@
+#include "common/policy/kinds/standard_policies.h"
+
+#include "common/policy/tree/tree_policy.h"
+
+namespace treeroll {
+
+PolicyRegistry standard_policies() {
+  PolicyRegistry registry;
+  registry.add("tree", tree_from_content, {});
+  return registry;
+}
+
+}  // namespace treeroll

@@ -1,0 +1,89 @@
+#include "common/policy/policy_registry.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "common/base/check.h"
+#include "common/base/json_text.h"
+#include "common/base/settings_reader.h"
+
+namespace treeroll {
+namespace {
+
+using nlohmann::json;
+
+/// policy > layers > layer > component > mean; parse depth counts from 0.
+constexpr int kNestingMax = 5;
+/// What a text may hold; a policy is a small thing.
+constexpr std::size_t kTextBytesMax = std::size_t{1} << 20;
+
+json parse(std::string_view text) {
+  if (text.size() > kTextBytesMax) {
+    throw PolicyTextError(
+        "the text", fmt::format("has {} bytes, must have at most {}", text.size(), kTextBytesMax));
+  }
+  Result<json> value = parse_json(text, kNestingMax);
+  if (!value) throw PolicyTextError("the text", value.error().message);
+  return std::move(*value);
+}
+
+}  // namespace
+
+void PolicyRegistry::add(std::string kind, PolicyMaker make, StartReader start) {
+  CHECK(!kind.empty() && !kinds_.contains(kind), "the name of a kind is new: " + kind);
+  kinds_.emplace(std::move(kind), Kind{std::move(make), std::move(start)});
+}
+
+void PolicyRegistry::set_start(std::string_view kind, StartReader start) {
+  const auto found = kinds_.find(kind);
+  CHECK(found != kinds_.end() && !found->second.start, "a kind without a start");
+  found->second.start = std::move(start);
+}
+
+Result<PolicyPtr> PolicyRegistry::from_json(std::string_view text) const {
+  try {
+    return read(text);
+  } catch (const PolicyTextError& error) {
+    return Error{error.what()};
+  }
+}
+
+PolicyPtr PolicyRegistry::read(std::string_view text) const {
+  json value = parse(text);
+  // The version comes first: another version may have other keys.
+  if (!value.is_object() || !value.contains("format") || value["format"] != kPolicyFormat) {
+    throw PolicyTextError("$.format", fmt::format("must be \"{}\"", kPolicyFormat));
+  }
+  if (!value.contains("version") || value["version"] != kPolicyVersion) {
+    throw PolicyTextError("$.version", fmt::format("must be {}", kPolicyVersion));
+  }
+  std::string kind(kDefaultPolicyKind);
+  if (value.contains("kind")) {
+    if (!value["kind"].is_string()) throw PolicyTextError("$.kind", "must be a string");
+    kind = value["kind"].get<std::string>();
+  }
+  const auto found = kinds_.find(kind);
+  if (found == kinds_.end()) throw PolicyTextError("$.kind", "must be one of: " + known());
+  for (const char* head : {"format", "version", "kind"}) value.erase(head);
+  return found->second.make(PolicyText(value, "$"));
+}
+
+StartPolicy PolicyRegistry::read_start(SettingsReader& policy, const FileReader& read_file) const {
+  // Asked for only where it stands: a resolved study names the kinds it named before.
+  const std::string kind =
+      policy.has("kind") ? policy.string("kind") : std::string(kDefaultPolicyKind);
+  const auto found = kinds_.find(kind);
+  if (found == kinds_.end()) policy.refuse("kind", "must be one of: " + known());
+  CHECK(found->second.start, "no way to start a policy of kind " + kind);
+  return found->second.start(policy, read_file);
+}
+
+std::string PolicyRegistry::known() const {
+  std::string names;
+  for (const auto& [name, kind] : kinds_) names += (names.empty() ? "" : ", ") + name;
+  return names;
+}
+
+}  // namespace treeroll

@@ -1,0 +1,9 @@
+#include "workers/tasks/time_settings.h"
+
+namespace treeroll {
+
+double read_time_limit_s(SettingsReader& settings) {
+  return settings.number("time_limit_s", {.min = .001, .max = 86400}, 10);
+}
+
+}  // namespace treeroll

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "common/base/settings_reader.h"
+
+namespace treeroll {
+
+/// Simulated time of a roll-out, in s.
+inline constexpr NumberRule kSimulatedTime{.min = 0, .max = 1000, .min_allowed = false};
+
+/// TaskDescription::time_limit_s, as every task here reads it: `time_limit_s`, 10 by default.
+double read_time_limit_s(SettingsReader& settings);
+
+}  // namespace treeroll
