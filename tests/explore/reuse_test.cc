@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "common/policy/tree/experience.h"
 #include "learner/explore/power_update.h"
 #include "learner/explore/projected_noise.h"
 #include "trees.h"
@@ -65,9 +66,9 @@ TEST(ReuseTest, TheNextLayerLearnsFromTheProjectedBestAtItsFirstResult) {
   EXPECT_EQ(mean_before, run.policy(2).theta());
 
   std::vector<RatedRollout> best(told.begin(), told.begin() + 3);
-  const NextLayer next = run.policy(1).next_layer(run.policy(1).theta());
-  ASSERT_EQ(to_json(*next.policy), to_json(run.policy(2)));
-  for (RatedRollout& rollout : best) rollout.theta = *next.project(rollout.theta);
+  for (RatedRollout& rollout : best) {
+    rollout.theta = *project_experience(tree_policy(run, 1), tree_policy(run, 2), rollout.theta);
+  }
   const Draw first = *run.ask();
   ASSERT_EQ(first.layer, 2);
   run.tell(10, 2, RolloutStatus::kOk);
