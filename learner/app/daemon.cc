@@ -52,9 +52,9 @@ std::int64_t wall_time_us() {
 }
 
 /// Drives the core: turns what the loop sees into events and carries its effects out.
-class LearnerDaemon : private EffectHandler {
+class LearnerDaemon : private learner::EffectHandler {
  public:
-  LearnerDaemon(Study study, LearnerSettings settings, const LearnerOptions& options)
+  LearnerDaemon(Study study, learner::LearnerSettings settings, const LearnerOptions& options)
       : settings_(std::move(settings)), options_(options) {
     transport::BusOptions bus;
     bus.url = options.lcm_url;
@@ -65,7 +65,7 @@ class LearnerDaemon : private EffectHandler {
     if (!opened) throw ConfigError("--lcm-url", options.lcm_url, opened.error().message);
     bus_ = std::move(*opened);
     settings_.batch_bytes_max = bus_->batch_bytes_max();
-    core_ = std::make_unique<LearnerCore>(std::move(study), settings_);
+    core_ = std::make_unique<learner::LearnerCore>(std::move(study), settings_);
   }
 
   /// Takes the journal for this learner alone.
@@ -85,7 +85,7 @@ class LearnerDaemon : private EffectHandler {
   }
 
   void run() {
-    if (core_->outcome() != LearnerCore::Outcome::kRunning) return finish();
+    if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
     loop_.on_signals({SIGINT, SIGTERM}, [this](int signal) { stop(signal); });
     if (options_.local_workers > 0) {
       loop_.on_signals({SIGCHLD}, [this](int) {
@@ -93,10 +93,11 @@ class LearnerDaemon : private EffectHandler {
       });
       local_worker_.emplace(options_, loop_.now());
     }
+    step(learner::RecoveryFinished{});
     on_timer();
     loop_.run();
     if (failure_) std::rethrow_exception(failure_);
-    if (core_->outcome() == LearnerCore::Outcome::kFailed) {
+    if (core_->outcome() == learner::LearnerCore::Outcome::kFailed) {
       throw ConfigError("task", "", core_->failure());
     }
     finish();
@@ -108,7 +109,7 @@ class LearnerDaemon : private EffectHandler {
     journal_->sync();
   }
 
-  const LearnerCore& core() const { return *core_; }
+  const learner::LearnerCore& core() const { return *core_; }
 
  private:
   void stop(int signal) {
@@ -116,23 +117,23 @@ class LearnerDaemon : private EffectHandler {
     spdlog::warn("{}: waits for the roll-outs under way; once more ends at once",
                  strsignal(signal));
     is_stopping_ = true;
-    step(learner_event::StopRequested{});
+    step(learner::StopRequested{});
   }
 
   void receive(const protocol::Message& message) {
-    step(learner_event::Received{&message});
+    step(learner::MessageReceived{message});
     if (answer_is_due_) return;
     answer_is_due_ = true;
     loop_.after_ready_events([this] {
       answer_is_due_ = false;
-      step(learner_event::InboxDrained{});
+      step(learner::InboxDrained{});
     });
   }
 
   void on_timer() {
     if (local_worker_) local_worker_->watch(loop_.now());
     if (sync_at_ && loop_.now() >= *sync_at_) sync();
-    if (loop_.now() >= core_->next_deadline()) step(learner_event::Timer{});
+    if (loop_.now() >= core_->next_deadline()) step(learner::TimerFired{});
     set_timer();
   }
 
@@ -143,19 +144,19 @@ class LearnerDaemon : private EffectHandler {
     } catch (const std::runtime_error&) {
       return fail();
     }
-    step(learner_event::Synced{});
+    step(learner::JournalSynced{});
   }
 
-  void step(const LearnerEvent& event) {
+  void step(const learner::Event& event) {
     if (failure_) return;
-    LearnerEffects effects;
+    learner::Effects effects;
     core_->step(loop_.now(), event, effects);
     try {
-      carry_out(effects, *this);
+      learner::carry_out(effects, *this);
     } catch (const std::runtime_error&) {
       return fail();
     }
-    if (core_->outcome() != LearnerCore::Outcome::kRunning) return loop_.stop();
+    if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return loop_.stop();
     set_timer();
   }
 
@@ -205,10 +206,10 @@ class LearnerDaemon : private EffectHandler {
   }
 
   transport::Loop loop_;
-  LearnerSettings settings_;
+  learner::LearnerSettings settings_;
   const LearnerOptions& options_;
   std::unique_ptr<transport::Bus> bus_;
-  std::unique_ptr<LearnerCore> core_;
+  std::unique_ptr<learner::LearnerCore> core_;
   std::optional<JournalWriter> journal_;
   std::optional<LocalWorker> local_worker_;
   ProgressLine progress_;
@@ -247,7 +248,7 @@ int run_learner(const LearnerOptions& options) {
   if (resumes) check_resumable(options.resume_dir);
   const LoadedStudy loaded =
       load_study(resumes ? study_of(options.resume_dir) : options.study_file, options.overrides);
-  LearnerSettings settings;
+  learner::LearnerSettings settings;
   settings.learner_id = draw_learner_id();
   settings.known_tasks = survey_tasks(loaded, options.worker_program, options.needs_worker_program);
   fs::path directory = resumes ? options.resume_dir : options.state_dir;
@@ -286,7 +287,7 @@ int run_learner(const LearnerOptions& options) {
   // Last: whoever reads it may have gone, which ends us at once (SIGPIPE).
   fmt::print("{}", options.json ? to_json(summary) + "\n" : to_table(summary.conditions));
   flush_standard_output();
-  if (daemon.core().outcome() != LearnerCore::Outcome::kDone) {
+  if (daemon.core().outcome() != learner::LearnerCore::Outcome::kDone) {
     spdlog::warn("stopped early with {} roll-outs; go on with --resume {}", summary.ledger.applied,
                  directory.string());
     return kExitStopped;

@@ -129,7 +129,7 @@ bool is_journal(const Places& places, const JournalTail& tail) {
 
 bool verify(const Places& places) {
   const LoadedStudy loaded = load_study(places.study, {});
-  LearnerCore core(loaded.study, LearnerSettings{});
+  learner::LearnerCore core(loaded.study, learner::LearnerSettings{});
   Contents contents;
   JournalTail tail;
   try {
@@ -211,7 +211,7 @@ bool summarize_journal(const Places& places) {
   say(places, *tail, contents);
   if (!fs::exists(places.study)) return true;
   const LoadedStudy loaded = load_study(places.study, {});
-  LearnerCore core(loaded.study, LearnerSettings{});
+  learner::LearnerCore core(loaded.study, learner::LearnerSettings{});
   try {
     fold_journal(places.journal, content_hash(read_whole_file(places.study)), TimePoint{}, core);
   } catch (const std::runtime_error& error) {

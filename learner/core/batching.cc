@@ -4,7 +4,7 @@
 
 #include "common/protocol/limits.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 namespace {
 
 // LCM frame (8), channel name, fingerprint (8), learner (8), sequence (8), two counts (8), MAC
@@ -47,4 +47,4 @@ std::vector<protocol::RolloutBatch> pack(
   return batches;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

@@ -5,7 +5,7 @@
 
 #include "common/protocol/messages.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 
 /// Bytes of a request inside a batch, as its LCM type encodes it.
 std::size_t encoded_bytes(const protocol::RolloutRequest& request);
@@ -17,4 +17,4 @@ std::vector<protocol::RolloutBatch> pack(
     std::vector<protocol::RolloutRequest> requests,
     const std::vector<protocol::Acknowledgement>& acknowledgements, std::size_t bytes_max);
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

@@ -1,13 +1,23 @@
 #include "learner/core/carry_out.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 
-void carry_out(const LearnerEffects& effects, EffectHandler& handler) {
-  for (const AcceptedResult& result : effects.accepted) handler.append(result);
-  if (effects.time) handler.append(*effects.time);
-  if (!effects.accepted.empty() || effects.time) handler.flush();
-  for (const protocol::Message& message : effects.send) handler.send(message);
-  for (const LogLine& line : effects.log) handler.log(line);
+void carry_out(const Effects& effects, EffectHandler& handler) {
+  bool appended = false;
+  for (const Effect& effect : effects) {
+    const auto* result = std::get_if<AppendResult>(&effect);
+    const auto* time = std::get_if<AppendTime>(&effect);
+    if (result) handler.append(result->result);
+    if (time) handler.append(time->time);
+    appended = appended || result || time;
+  }
+  if (appended) handler.flush();
+  for (const Effect& effect : effects) {
+    if (const auto* send = std::get_if<SendMessage>(&effect)) handler.send(send->message);
+  }
+  for (const Effect& effect : effects) {
+    if (const auto* log = std::get_if<WriteLog>(&effect)) handler.log(log->line);
+  }
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "learner/core/learner_core.h"
+#include "learner/core/learner_events.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 
 /// Does what the learner wants done: the daemon; in tests one that is virtual.
 class EffectHandler {
@@ -17,8 +17,9 @@ class EffectHandler {
 };
 
 /// Carries effects out in the one order in which this process may end between any two: no message
-/// that follows from a result, or from the time, leaves before it. What the handler throws passes
-/// through; the rest is not done then.
-void carry_out(const LearnerEffects& effects, EffectHandler& handler);
+/// that follows from a result, or from the time, leaves before it. So: what is appended, the flush,
+/// messages, the log; within each as they stand. What the handler throws passes through; the rest
+/// is not done then.
+void carry_out(const Effects& effects, EffectHandler& handler);
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

@@ -2,7 +2,7 @@
 
 #include "common/base/check.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 
 ContentHash DefinitionBook::add(const std::string& content) {
   const ContentHash id = content_hash(content);
@@ -32,4 +32,4 @@ bool DefinitionBook::may_publish(const ContentHash& id, TimePoint now) {
   return true;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

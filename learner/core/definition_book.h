@@ -6,7 +6,7 @@
 #include "common/base/content_hash.h"
 #include "common/base/time.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 
 /// The definitions (tasks or policies) that open roll-outs refer to, counted by their users, and
 /// when each was last published.
@@ -36,4 +36,4 @@ class DefinitionBook {
   std::map<ContentHash, Definition> definitions_;
 };
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

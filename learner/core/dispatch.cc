@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace treeroll {
+namespace treeroll::learner {
 namespace {
 
 using protocol::WorkerId;
@@ -27,12 +27,22 @@ bool knows(const WorkerEntry& worker, const Question& question) {
   return !worker.refused.contains(question.task_id) && !worker.refused.contains(question.policy_id);
 }
 
+/// A worker and what it has, including what has just been chosen for it.
+struct Seat {
+  WorkerEntry* worker = nullptr;
+  std::size_t num_leased = 0;
+};
+
 /// Workers that are alive and have room, least loaded first.
 class Candidates {
  public:
-  Candidates(WorkerTable& workers, const DispatchFacts& facts)
+  Candidates(const Ledger& ledger, WorkerTable& workers, const DispatchFacts& facts)
       : now_(facts.now), rollout_time_s_(facts.rollout_time_s) {
-    for (auto& [id, worker] : workers.all()) put(worker);
+    seats_.reserve(workers.all().size());
+    for (auto& [id, worker] : workers.all()) {
+      seats_.push_back({&worker, ledger.leases_of(id).size()});
+      put(seats_.back());
+    }
   }
 
   bool empty() {
@@ -43,55 +53,64 @@ class Candidates {
     return heap_.empty();
   }
 
-  /// Precondition: !empty().
-  WorkerEntry* least_loaded(const Question& question) const {
-    if (knows(*heap_.front().worker, question)) return heap_.front().worker;
+  /// Precondition: !empty(). Null if all have refused a definition.
+  Seat* least_loaded(const Question& question) const {
+    if (knows(*heap_.front().seat->worker, question)) return heap_.front().seat;
     const Candidate* least = nullptr;
     for (const Candidate& candidate : heap_) {
-      if (is_stale(candidate) || !knows(*candidate.worker, question)) continue;
+      if (is_stale(candidate) || !knows(*candidate.seat->worker, question)) continue;
       if (!least || Later{}(*least, candidate)) least = &candidate;
     }
-    return least ? least->worker : nullptr;
+    return least ? least->seat : nullptr;
   }
 
-  bool has_room(WorkerEntry& worker) const { return room(worker) > 0; }
+  /// Of this worker, if it may have this one too; else null.
+  Seat* seat_with_room(protocol::WorkerId id, const Question& question) {
+    const auto found = std::lower_bound(
+        seats_.begin(), seats_.end(), id,
+        [](const Seat& seat, protocol::WorkerId wanted) { return seat.worker->id < wanted; });
+    if (found == seats_.end() || found->worker->id != id) return nullptr;
+    return room(*found) > 0 && knows(*found->worker, question) ? &*found : nullptr;
+  }
 
-  void give(WorkerEntry& worker, protocol::RolloutKey key) {
-    worker.leases.insert(key);
-    --worker.free_slots;
-    put(worker);
+  void give(Seat& seat) {
+    ++seat.num_leased;
+    --seat.worker->free_slots;
+    put(seat);
   }
 
  private:
   struct Candidate {
     double load = 0;
-    WorkerEntry* worker = nullptr;
+    Seat* seat = nullptr;
   };
   /// Of two, the one to be asked later.
   struct Later {
     bool operator()(const Candidate& a, const Candidate& b) const {
-      return std::pair(a.load, a.worker->id) > std::pair(b.load, b.worker->id);
+      return std::pair(a.load, a.seat->worker->id) > std::pair(b.load, b.seat->worker->id);
     }
   };
 
-  int room(const WorkerEntry& worker) const {
+  int room(const Seat& seat) const {
+    const WorkerEntry& worker = *seat.worker;
     if (!worker.usable() || worker.last_heard + kAlive <= now_) return 0;
-    return std::min(window(worker, rollout_time_s_) - static_cast<int>(worker.leases.size()),
+    return std::min(window(worker, rollout_time_s_) - static_cast<int>(seat.num_leased),
                     worker.free_slots);
   }
-  static double load(const WorkerEntry& worker) {
-    return static_cast<double>(worker.leases.size()) / worker.num_evaluators;
+  static double load(const Seat& seat) {
+    return static_cast<double>(seat.num_leased) / seat.worker->num_evaluators;
   }
   /// What has been given since stands once more, behind.
   static bool is_stale(const Candidate& candidate) {
-    return candidate.load != load(*candidate.worker);
+    return candidate.load != load(*candidate.seat);
   }
-  void put(WorkerEntry& worker) {
-    if (room(worker) <= 0) return;
-    heap_.push_back({load(worker), &worker});
+  void put(Seat& seat) {
+    if (room(seat) <= 0) return;
+    heap_.push_back({load(seat), &seat});
     std::push_heap(heap_.begin(), heap_.end(), Later{});
   }
 
+  std::vector<Seat> seats_;  // by id of the worker, all; none moves
   TimePoint now_;
   double rollout_time_s_;
   std::vector<Candidate> heap_;
@@ -109,12 +128,12 @@ int window(const WorkerEntry& worker, double rollout_time_s) {
   return std::min({wanted, fits, protocol::kLeasesPerWorkerMax});
 }
 
-Duration lease_duration(const WorkerEntry& worker, double rollout_time_s) {
+Duration lease_duration(const WorkerEntry& worker, std::size_t num_leased, double rollout_time_s) {
   if (!worker.answer_time_s || rollout_time_s <= 0 || worker.num_evaluators == 0) {
     return kLeaseUnknown;
   }
   const double queued_s =
-      rollout_time_s * static_cast<double>(worker.leases.size() + 1) / worker.num_evaluators;
+      rollout_time_s * static_cast<double>(num_leased + 1) / worker.num_evaluators;
   const double lease_s = 4 * std::max(*worker.answer_time_s, queued_s);
   if (lease_s >= to_seconds(kLeaseMax)) return kLeaseMax;
   return std::max(kLeaseMin,
@@ -125,21 +144,21 @@ std::vector<Ledger::Assignment> assign(const Ledger& ledger, WorkerTable& worker
                                        const DispatchFacts& facts) {
   std::vector<Ledger::Assignment> chosen;
   if (ledger.ready().empty()) return chosen;
-  Candidates candidates(workers, facts);
+  Candidates candidates(ledger, workers, facts);
   for (std::size_t place = 0; place < ledger.ready().size() && !candidates.empty(); ++place) {
     const protocol::RolloutKey key = ledger.ready()[place];
     const Ledger::Entry& entry = *ledger.find(key);
     if (!facts.tasks->contains(entry.question.task_id)) continue;
 
-    WorkerEntry* worker = workers.find(entry.last_worker);
-    const bool stays = worker && knows(*worker, entry.question) && candidates.has_room(*worker);
-    if (!stays) worker = candidates.least_loaded(entry.question);
-    if (!worker) continue;
-    candidates.give(*worker, key);
+    Seat* seat = candidates.seat_with_room(entry.last_worker, entry.question);
+    if (!seat) seat = candidates.least_loaded(entry.question);
+    if (!seat) continue;
+    candidates.give(*seat);
     chosen.push_back(
-        {place, worker->id, facts.now + lease_duration(*worker, facts.rollout_time_s)});
+        {place, seat->worker->id,
+         facts.now + lease_duration(*seat->worker, seat->num_leased, facts.rollout_time_s)});
   }
   return chosen;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

@@ -8,7 +8,7 @@
 #include "learner/core/task_facts.h"
 #include "learner/core/worker_table.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 
 /// What dispatching needs to know beside the ledger and the workers.
 struct DispatchFacts {
@@ -24,13 +24,14 @@ int window(const WorkerEntry& worker, double rollout_time_s);
 
 /// How long a roll-out may stay with a worker without word: max(10 ms, 4 x (queued work + round
 /// trip)); 1 s while no duration is known.
-Duration lease_duration(const WorkerEntry& worker, double rollout_time_s);
+/// @param num_leased  what it has already
+Duration lease_duration(const WorkerEntry& worker, std::size_t num_leased, double rollout_time_s);
 
 /// Who gets which of the ready roll-outs: the least loaded worker that is alive, has room and has
 /// not refused the definitions. A re-issued one goes back to the worker that had it while that
 /// worker is heard of, because it may hold it already or have the answer in its store. Reduces
-/// `free_slots` and notes the leases in `workers`.
+/// `free_slots` in `workers`; the leases are for Ledger::lease() to note.
 std::vector<Ledger::Assignment> assign(const Ledger& ledger, WorkerTable& workers,
                                        const DispatchFacts& facts);
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

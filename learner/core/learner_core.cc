@@ -3,31 +3,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <type_traits>
 #include <utility>
 
 #include "common/base/check.h"
-#include "common/base/cut_text.h"
-#include "learner/core/batching.h"
-#include "learner/core/dispatch.h"
+#include "common/base/random_stream.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 namespace {
 
 constexpr Duration kStatusPeriod = std::chrono::seconds(1);
-/// A worker that has refused a definition is asked again after this: the reason may have passed.
-constexpr Duration kRefusalLasts = std::chrono::seconds(60);
 /// How long roll-outs under way are waited for when the learner is asked to stop.
 constexpr Duration kStopGrace = std::chrono::seconds(5);
 
 }  // namespace
 
 LearnerCore::LearnerCore(Study study, LearnerSettings settings)
-    : study_(std::move(study)), settings_(std::move(settings)) {
+    : study_(std::move(study)),
+      learner_id_(settings.learner_id),
+      workforce_(std::move(settings), *this) {
   for (const Condition& condition : study_.conditions) {
-    task_ids_.push_back(tasks_.add(condition.task_content));
-    const auto known = settings_.known_tasks.find(condition.task_content);
-    if (known != settings_.known_tasks.end()) facts_[task_ids_.back()] = known->second;
+    task_ids_.push_back(workforce_.add_task(condition.task_content));
   }
   policy_ids_.resize(study_.num_runs());
   runs_.reserve(study_.num_runs());
@@ -37,301 +32,168 @@ LearnerCore::LearnerCore(Study study, LearnerSettings settings)
   }
 }
 
-void LearnerCore::step(TimePoint now, const LearnerEvent& event, LearnerEffects& effects) {
-  const bool last_words = std::holds_alternative<learner_event::Synced>(event);
+void LearnerCore::step(TimePoint now, const Event& event, Effects& effects) {
+  const bool last_words = std::holds_alternative<JournalSynced>(event);
   if (outcome_ != Outcome::kRunning && !last_words) return;
-  std::visit(
-      [&](const auto& what) {
-        using What = std::decay_t<decltype(what)>;
-        if constexpr (std::is_same_v<What, learner_event::Started>) {
-          on_started(now, effects);
-        } else if constexpr (std::is_same_v<What, learner_event::InboxDrained>) {
-          dispatch(now, effects);
-        } else if constexpr (std::is_same_v<What, learner_event::Timer>) {
-          on_timer(now, effects);
-        } else if constexpr (std::is_same_v<What, learner_event::Synced>) {
-          on_synced(now, effects);
-        } else if constexpr (std::is_same_v<What, learner_event::Recovered>) {
-          recover(*what.result, now, effects);
-        } else if constexpr (std::is_same_v<What, learner_event::TimeRecovered>) {
-          recover(what.time, now, effects);
-        } else if constexpr (std::is_same_v<What, learner_event::StopRequested>) {
-          on_stop(now, effects);
-        } else {
-          std::visit(
-              [&](const auto& message) {
-                if constexpr (requires { on_message(message, now, effects); }) {
-                  on_message(message, now, effects);
-                }  // the others are this learner's own or another learner's
-              },
-              *what.message);
-        }
-      },
-      event);
-  if (outcome_ != Outcome::kRunning) log_limiter_.tell_rest(now, effects.log);
-}
-
-void LearnerCore::on_started(TimePoint now, LearnerEffects& effects) {
-  started_at_ = last_progress_ = now;
-  next_status_ = now;
-  for (const ContentHash& task_id : task_ids_) publish_task(task_id, now, effects);
-  for (Run& run : runs_) draw(run, now, effects);
+  const Turn turn{now, effects, log_limiter_};
+  std::visit([&](const auto& what) { on(turn, what); }, event);
+  if (outcome_ != Outcome::kRunning) turn.log_the_rest();
 }
 
 TimePoint LearnerCore::next_deadline() const {
   TimePoint next = next_status_;
-  if (const auto lease = ledger_.next_deadline()) next = std::min(next, *lease);
-  if (const auto look = workers_.next_look()) next = std::min(next, *look);
+  if (const auto workforce = workforce_.next_deadline()) next = std::min(next, *workforce);
   if (stop_at_) next = std::min(next, *stop_at_);
   if (const auto end = time_end()) next = std::min(next, *end);
   return next;
 }
 
-void LearnerCore::on_timer(TimePoint now, LearnerEffects& effects) {
-  if (!at_work_since_) {
-    at_work_since_ = now;
-    learnt_before_ = learnt_.elapsed;
-  }
-  if (const auto end = time_end(); end && (now >= *end || now >= next_status_)) {
-    read_clock(now, effects);
-  }
-  for (const WorkerEntry& silent : workers_.remove_silent(now)) {
-    log(now,
-        {LogLine::Level::kWarning, "workers that leave",
-         fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back", describe(silent),
-                     to_seconds(WorkerTable::kSilence), silent.leases.size())},
-        effects);
-    for (const protocol::RolloutKey key : silent.leases) ledger_.take_back(key);
-  }
-  for (const auto& [key, worker] : ledger_.expire(now)) {
-    if (WorkerEntry* entry = workers_.find(worker)) entry->leases.erase(key);
-  }
-  if (now >= next_status_) {
-    workers_.forget_refusals(now);
-    refuses_workers_ = refuses_workers_ && workers_.is_full();
-    for (const ContentHash& task_id : task_ids_) {
-      if (!facts_.contains(task_id)) publish_task(task_id, now, effects);
-    }
-    publish_status(now, effects);
-    log_limiter_.tell_due(now, effects.log);
-    next_status_ = now + kStatusPeriod;
-  }
-  finish_if_stopped(now, effects);
-  dispatch(now, effects);
+void LearnerCore::on(const Turn& turn, const Started&) {
+  started_at_ = turn.now;
+  next_status_ = turn.now;
+  workforce_.start(turn);
+  for (Run& run : runs_) draw(turn, run);
 }
 
-/// The entry of a worker that has said something; null if there is room for no more workers.
-WorkerEntry* LearnerCore::hear(protocol::WorkerId id, TimePoint now, LearnerEffects& effects) {
-  WorkerEntry* worker = workers_.hear(id, now);
-  if (worker || refuses_workers_) return worker;
-  refuses_workers_ = true;
-  log(now,
-      {LogLine::Level::kWarning, "workers refused",
-       fmt::format("worker {:x} is refused, and so are others until one leaves: {} workers are the "
-                   "most that are served",
-                   id, protocol::kWorkersMax)},
-      effects);
-  return nullptr;
-}
-
-void LearnerCore::on_message(const protocol::RewardBatch& batch, TimePoint now,
-                             LearnerEffects& effects) {
-  if (batch.learner_id != settings_.learner_id) return;
-  WorkerEntry* worker = hear(batch.worker_id, now, effects);
-  if (!worker) return;
-  std::size_t num_read = 0;
-  // What is not read while the disk lags is not acknowledged, so its worker repeats it.
-  for (; num_read < batch.results.size() && !journal_is_behind(); ++num_read) {
-    const protocol::RolloutResult& result = batch.results[num_read];
-    const std::int64_t index = batch.first_index + static_cast<std::int64_t>(num_read);
-    // A repetition is looked at only if it answers what is still open: no index, however wrong,
-    // can keep an answer out.
-    if (index <= worker->settled && !answers_open_question(result)) continue;
-    accept(*worker, result, now, effects);
-    worker->settled = std::max(worker->settled, index);
+/// What an earlier incarnation accepted is accepted again, if it answers what is asked now.
+void LearnerCore::on(const Turn& turn, const ResultRecovered& event) {
+  const AcceptedResult& result = event.result;
+  const Ledger::Entry* open = ledger().find(result.key);
+  if (!open || open->question.content != result.content) {
+    return fail(fmt::format("the journal answers run {} roll-out {}, which this study {}",
+                            result.key.run, result.key.number,
+                            open ? "draws with other numbers" : "does not ask for at this place"));
   }
-  if (num_read > 0) {
-    worker->answered = batch.first_index + static_cast<std::int64_t>(num_read) - 1;
-    // It repeats what it need not: our word was lost, or an older batch came between.
-    if (num_unsynced_ == 0) worker->acknowledged = worker->answered;
-    (worker->answered == worker->acknowledged ? acknowledgements_due_ : answers_unsynced_)
-        .insert(worker->id);
+  const TaskFacts* facts = workforce_.facts_of(open->question.task_id);
+  if (facts && result.status == RolloutStatus::kOk && !facts->is_in_range(result.reward)) {
+    return fail(fmt::format(
+        "the journal gives run {} roll-out {} reward {}, outside the task's range {} to {}",
+        result.key.run, result.key.number, result.reward, facts->reward_min, facts->reward_max));
   }
-  worker->free_slots = batch.free_slots;
-  if (batch.last_index <= worker->answered) reconcile(*worker, batch.last_batch, batch.held, now);
-  finish_if_stopped(now, effects);
+  workforce_.withdraw(result.key);
+  take(turn, result, kUnknownClass);
 }
 
-/// Only what will survive us may be forgotten by those who have it.
-void LearnerCore::on_synced(TimePoint now, LearnerEffects& effects) {
-  num_unsynced_ = 0;
-  for (const protocol::WorkerId id : answers_unsynced_) {
-    if (WorkerEntry* worker = workers_.find(id)) worker->acknowledged = worker->answered;
+void LearnerCore::on(const Turn& turn, const MessageReceived& event) {
+  workforce_.receive(turn, event.message);
+  finish_if_stopped(turn);
+}
+
+void LearnerCore::on(const Turn& turn, const InboxDrained&) { workforce_.dispatch(turn); }
+
+void LearnerCore::on(const Turn& turn, const TimerFired&) {
+  CHECK(at_work_since_.has_value(), "the recovery is to be finished before the first timer");
+  const bool status_is_due = turn.now >= next_status_;
+  if (const auto end = time_end(); end && (turn.now >= *end || status_is_due)) read_clock(turn);
+  workforce_.look_after_leases(turn);
+  if (status_is_due) {
+    workforce_.remind(turn);
+    publish_status(turn);
+    turn.log_what_is_due();
+    next_status_ = turn.now + kStatusPeriod;
   }
-  acknowledgements_due_.merge(answers_unsynced_);
-  answers_unsynced_.clear();
-  dispatch(now, effects);
+  finish_if_stopped(turn);
+  workforce_.dispatch(turn);
 }
 
-void LearnerCore::on_stop(TimePoint now, LearnerEffects& effects) {
-  stop_at_ = now + kStopGrace;
-  finish_if_stopped(now, effects);
+void LearnerCore::on(const Turn& turn, const JournalSynced&) {
+  workforce_.note_sync();
+  workforce_.dispatch(turn);
 }
 
-void LearnerCore::finish_if_stopped(TimePoint now, LearnerEffects& effects) {
+void LearnerCore::on(const Turn& turn, const StopRequested&) {
+  stop_at_ = turn.now + kStopGrace;
+  workforce_.give_out_no_more();
+  finish_if_stopped(turn);
+}
+
+void LearnerCore::end(Outcome outcome) {
+  outcome_ = outcome;
+  workforce_.give_out_no_more();
+}
+
+void LearnerCore::fail(std::string why) {
+  failure_ = std::move(why);
+  end(Outcome::kFailed);
+}
+
+void LearnerCore::finish_if_stopped(const Turn& turn) {
   if (!stop_at_ || outcome_ != Outcome::kRunning) return;
-  if (ledger_.num_leased() > 0 && now < *stop_at_) return;
-  read_clock(now, effects);
-  publish_status(now, effects);
-  outcome_ = Outcome::kStopped;
+  if (ledger().num_leased() > 0 && turn.now < *stop_at_) return;
+  read_clock(turn);
+  publish_status(turn);
+  end(Outcome::kStopped);
 }
 
-void LearnerCore::on_message(const protocol::WorkerStatus& status, TimePoint now,
-                             LearnerEffects& effects) {
-  WorkerEntry* worker = hear(status.worker_id, now, effects);
-  if (!worker) return;
-  const bool is_new = worker->num_evaluators == 0;
-  const bool starts_draining = status.draining && !worker->draining;
-  worker->host = status.host;
-  worker->pid = status.pid;
-  worker->numeric_class = status.numeric_class;
-  worker->num_evaluators = status.num_evaluators;
-  worker->free_slots = status.free_slots;
-  worker->receive_buffer_bytes = status.receive_buffer_bytes;
-  worker->draining = status.draining;
-  if (is_new) {
-    log(now,
-        {LogLine::Level::kInfo, "workers that join",
-         fmt::format("{} has joined with {} evaluators", describe(*worker),
-                     worker->num_evaluators)},
-        effects);
-    for (const ContentHash& task_id : task_ids_) {
-      if (!facts_.contains(task_id)) publish_task(task_id, now, effects);
-    }
-  }
-  if (starts_draining) {
-    log(now,
-        {LogLine::Level::kInfo, "workers that drain",
-         fmt::format("{} takes no more roll-outs", describe(*worker))},
-        effects);
-  }
-  const auto held = std::find_if(
-      status.held.begin(), status.held.end(),
-      [this](const protocol::HeldRollouts& h) { return h.learner_id == settings_.learner_id; });
-  if (held != status.held.end()) {
-    extend_leases(*worker, held->keys, now);
-    if (held->last_index <= worker->answered) {
-      reconcile(*worker, held->last_batch, held->keys, now);
-    }
+std::optional<ContentHash> LearnerCore::task_of(protocol::RolloutKey key) const {
+  if (key.run < 0 || key.run >= static_cast<int>(runs_.size())) return std::nullopt;
+  return task_ids_[runs_[key.run].condition()];
+}
+
+std::optional<Answer> LearnerCore::answer_of(protocol::RolloutKey key) const {
+  return runs_[key.run].answer_of(key.number);
+}
+
+void LearnerCore::take(const Turn& turn, const AcceptedResult& result, int numeric_class) {
+  Run& run = runs_[result.key.run];
+  changed_runs_.insert(result.key.run);
+  num_applied_ += run.accept(result.key.number, result.reward, result.status, numeric_class);
+  if (run.done()) {
+    finish_run(turn, run);
+  } else {
+    draw(turn, run);
   }
 }
 
-void LearnerCore::on_message(const protocol::DefinitionRequest& request, TimePoint now,
-                             LearnerEffects& effects) {
-  if (request.learner_id != settings_.learner_id) return;
-  if (!hear(request.worker_id, now, effects)) return;
-  for (const ContentHash& id : request.task_ids) publish_task(id, now, effects);
-  for (const ContentHash& id : request.policy_ids) publish_policy(id, now, effects);
-}
-
-void LearnerCore::on_message(const protocol::DefinitionReport& report, TimePoint now,
-                             LearnerEffects& effects) {
-  if (report.learner_id != settings_.learner_id) return;
-  WorkerEntry* worker = hear(report.worker_id, now, effects);
-  if (!worker) return;
-  const bool is_task = tasks_.find(report.definition_id) != nullptr;
-  if (!is_task && !policies_.find(report.definition_id)) return;
-  if (report.accepted) {
-    worker->refused.erase(report.definition_id);
-    if (!is_task || facts_.contains(report.definition_id)) return;
-    Result<TaskFacts> facts = task_facts_from_json(report.text);
-    if (facts) return learn_facts(report.definition_id, *facts);
-    // Its own description makes no sense: another worker's may.
-    refuse(*worker, report.definition_id, facts.error().message, now, effects);
-    return;
-  }
-  refuse(*worker, report.definition_id, report.text, now, effects);
-}
-
-void LearnerCore::refuse(WorkerEntry& worker, const ContentHash& definition,
-                         const std::string& reason, TimePoint now, LearnerEffects& effects) {
-  const bool is_new = !worker.refused.contains(definition);
-  if (is_new && worker.refuses_too_much()) return;
-  worker.refused[definition] = {cut_text(reason, protocol::kReasonBytesMax), now + kRefusalLasts};
-  if (!is_new) return;
-  log(now,
-      {LogLine::Level::kWarning, "definitions refused",
-       fmt::format("{} refuses the {}: {}", describe(worker),
-                   tasks_.find(definition) ? "task" : "policy", worker.refused[definition].reason)},
-      effects);
-  const std::set<protocol::RolloutKey> leases = worker.leases;
-  for (const protocol::RolloutKey key : leases) {
-    const Question& question = ledger_.find(key)->question;
-    if (question.task_id == definition || question.policy_id == definition) {
-      take_back(worker, key);
-    }
-  }
-}
-
-void LearnerCore::learn_facts(const ContentHash& task_id, const TaskFacts& facts) {
+bool LearnerCore::take_facts(const Turn&, const ContentHash& task_id, const TaskFacts& facts) {
   for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
     if (task_ids_[c] != task_id) continue;
     const Policy& policy = *study_.conditions[c].start;
     if (policy.input_dim() == facts.input_dim && policy.output_dim() == facts.output_dim) {
       continue;
     }
-    failure_ = fmt::format(
+    fail(fmt::format(
         "condition {}: the task takes {} inputs and {} outputs, the policy has {} and {}",
         study_.conditions[c].name, facts.input_dim, facts.output_dim, policy.input_dim(),
-        policy.output_dim());
-    outcome_ = Outcome::kFailed;
-    return;
+        policy.output_dim()));
+    return false;
   }
-  facts_[task_id] = facts;
+  return true;
 }
 
-void LearnerCore::dispatch(TimePoint now, LearnerEffects& effects) {
-  std::vector<Ledger::Assignment> chosen;
-  if (outcome_ == Outcome::kRunning && !stop_at_ && !journal_is_behind()) {
-    chosen = assign(ledger_, workers_, DispatchFacts{now, rollout_time_s_, &facts_});
-  }
-  std::vector<protocol::RolloutRequest> requests = ledger_.lease(now, chosen);
-  std::vector<protocol::Acknowledgement> acknowledgements;
-  for (const protocol::WorkerId id : acknowledgements_due_) {
-    const WorkerEntry* worker = workers_.find(id);
-    if (worker) acknowledgements.push_back({id, worker->acknowledged});
-  }
-  acknowledgements_due_.clear();
-  for (protocol::RolloutBatch& batch :
-       pack(std::move(requests), acknowledgements, settings_.batch_bytes_max)) {
-    batch.learner_id = settings_.learner_id;
-    batch.sequence = ++last_batch_;
-    for (const protocol::RolloutRequest& request : batch.rollouts) {
-      ledger_.set_batch(request.key, batch.sequence);
+void LearnerCore::draw(const Turn& turn, Run& run) {
+  for (Draw& draw : run.take_draws()) {
+    std::map<int, ContentHash>& ids = policy_ids_[run.index()];
+    if (!ids.contains(draw.layer)) {
+      ids[draw.layer] = workforce_.add_policy(turn, to_json(run.exploration().policy(draw.layer)));
     }
-    effects.send.emplace_back(std::move(batch));
+    const protocol::RolloutKey key{run.index(), draw.rollout};
+    Question question;
+    question.task_id = task_ids_[run.condition()];
+    question.policy_id = ids[draw.layer];
+    question.task_seed = static_cast<std::int64_t>(
+        RandomStream(study_.seed, static_cast<std::uint32_t>(run.repetition()),
+                     static_cast<std::uint32_t>(draw.rollout), RandomPurpose::kTaskSeed)
+            .next_bits());
+    question.theta = std::move(draw.theta);
+    seal(question, key);
+    workforce_.ask(key, std::move(question));
   }
 }
 
-void LearnerCore::publish_task(const ContentHash& id, TimePoint now, LearnerEffects& effects) {
-  if (!tasks_.may_publish(id, now)) return;
-  effects.send.emplace_back(protocol::TaskDefinition{settings_.learner_id, id, *tasks_.find(id)});
-}
-
-void LearnerCore::publish_policy(const ContentHash& id, TimePoint now, LearnerEffects& effects) {
-  if (!policies_.may_publish(id, now)) return;
-  effects.send.emplace_back(
-      protocol::PolicyDefinition{settings_.learner_id, id, *policies_.find(id)});
-}
-
-int LearnerCore::numeric_class(const std::string& name) {
-  const bool is_full = numeric_classes_.size() >= protocol::kNumericClassesMax;
-  if (is_full && !numeric_classes_.contains(name)) return kUnknownClass;
-  return numeric_classes_.emplace(name, static_cast<int>(numeric_classes_.size())).first->second;
+void LearnerCore::finish_run(const Turn& turn, Run& run) {
+  for (const auto& [layer, id] : policy_ids_[run.index()]) workforce_.release_policy(id);
+  policy_ids_[run.index()].clear();
+  ++num_done_;
+  publish_run(turn, run.index());
+  if (num_done_ < static_cast<int>(runs_.size())) return;
+  publish_status(turn);
+  end(Outcome::kDone);
 }
 
 LedgerCounters LearnerCore::counters() const {
-  LedgerCounters counters = ledger_.counters;
+  LedgerCounters counters = ledger().counters;
+  counters.applied = num_applied_;
   for (const Run& run : runs_) counters.failed += run.num_failed();
   counters.pending = counters.issued - counters.applied;
   return counters;
@@ -344,4 +206,4 @@ std::vector<RunRecord> LearnerCore::run_records() const {
   return records;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

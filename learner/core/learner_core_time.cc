@@ -1,9 +1,10 @@
 // A study that is learnt for a time: how long it has been, and its end.
 #include <fmt/format.h>
 
+#include "common/base/check.h"
 #include "learner/core/learner_core.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 
 /// When the time is up, if nothing happens before.
 std::optional<TimePoint> LearnerCore::time_end() const {
@@ -13,45 +14,48 @@ std::optional<TimePoint> LearnerCore::time_end() const {
 
 /// Notes how long it has been, for the journal: now and then, so that a crash costs little of what
 /// has been counted, and when the time is up.
-void LearnerCore::read_clock(TimePoint now, LearnerEffects& effects) {
+void LearnerCore::read_clock(const Turn& turn) {
   if (!time_end()) return;
-  const LearningTime time{learnt_before_ + (now - *at_work_since_)};
+  const LearningTime time{learnt_before_ + (turn.now - *at_work_since_)};
   if (time == learnt_) return;
-  effects.time = time;
-  pass_time(time, now, effects);
+  turn.effects.emplace_back(AppendTime{time});
+  pass_time(turn, time);
 }
 
 /// What live learners and those that fold a journal do alike: from the record that says that the
 /// time is up on, runs draw nothing more.
-void LearnerCore::pass_time(const LearningTime& time, TimePoint now, LearnerEffects& effects) {
+void LearnerCore::pass_time(const Turn& turn, const LearningTime& time) {
   learnt_ = time;
   if (time_is_up_ || learnt_.elapsed < *study_.stop_after) return;
   time_is_up_ = true;
   for (Run& run : runs_) {
     if (run.done()) continue;
     run.stop();
-    draw(run, now, effects);
+    draw(turn, run);
   }
-  log(now,
-      {LogLine::Level::kInfo, "time",
-       fmt::format(
-           "the study's time of {:g} s is up with {} roll-outs; what is under way is waited "
-           "for, then each run's policy is evaluated",
-           to_seconds(*study_.stop_after), ledger_.counters.applied)},
-      effects);
+  turn.log(LogLine::Level::kInfo, "time",
+           fmt::format("the study's time of {:g} s is up with {} roll-outs; what is under way is "
+                       "waited for, then each run's policy is evaluated",
+                       to_seconds(*study_.stop_after), num_applied_));
 }
 
 /// What an earlier incarnation has counted counts.
-void LearnerCore::recover(const LearningTime& time, TimePoint now, LearnerEffects& effects) {
+void LearnerCore::on(const Turn& turn, const TimeRecovered& event) {
+  const LearningTime& time = event.time;
   if (!study_.stop_after) {
-    failure_ = "the journal counts the time of a study that has no stop_after_s";
-  } else if (time.elapsed < learnt_.elapsed) {
-    failure_ = fmt::format("the journal counts {:g} s of learning after {:g} s",
-                           to_seconds(time.elapsed), to_seconds(learnt_.elapsed));
-  } else {
-    return pass_time(time, now, effects);
+    return fail("the journal counts the time of a study that has no stop_after_s");
   }
-  outcome_ = Outcome::kFailed;
+  if (time.elapsed < learnt_.elapsed) {
+    return fail(fmt::format("the journal counts {:g} s of learning after {:g} s",
+                            to_seconds(time.elapsed), to_seconds(learnt_.elapsed)));
+  }
+  pass_time(turn, time);
 }
 
-}  // namespace treeroll
+void LearnerCore::on(const Turn& turn, const RecoveryFinished&) {
+  CHECK(!at_work_since_, "a recovery is finished once");
+  at_work_since_ = turn.now;
+  learnt_before_ = learnt_.elapsed;
+}
+
+}  // namespace treeroll::learner

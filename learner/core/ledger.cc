@@ -5,7 +5,7 @@
 
 #include "common/base/check.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 
 using protocol::RolloutKey;
 
@@ -46,7 +46,7 @@ std::vector<protocol::RolloutRequest> Ledger::lease(TimePoint now,
     CHECK(!entry.lease, "a roll-out was leased twice");
     entry.lease = Lease{assignment.worker, 0, now, assignment.deadline};
     entry.last_worker = assignment.worker;
-    deadlines_.emplace(assignment.deadline, key);
+    index(key, *entry.lease);
 
     protocol::RolloutRequest request;
     request.worker_id = assignment.worker;
@@ -85,7 +85,7 @@ void Ledger::extend(RolloutKey key, protocol::WorkerId worker, TimePoint deadlin
 void Ledger::take_back(RolloutKey key) {
   Entry& entry = entries_.at(key);
   CHECK(entry.lease.has_value(), "only a leased roll-out can be taken back");
-  deadlines_.erase({entry.lease->deadline, key});
+  drop_from_indices(key, *entry.lease);
   entry.lease.reset();
   ready_.push_front(key);
 }
@@ -95,12 +95,16 @@ void Ledger::take_back_lost(RolloutKey key) {
   entries_.at(key).last_worker = 0;
 }
 
-std::vector<std::pair<RolloutKey, protocol::WorkerId>> Ledger::expire(TimePoint now) {
-  std::vector<std::pair<RolloutKey, protocol::WorkerId>> expired;
+void Ledger::take_back_all(protocol::WorkerId worker) {
+  const std::set<RolloutKey> leases = leases_of(worker);
+  for (const RolloutKey key : leases) take_back(key);
+}
+
+std::vector<RolloutKey> Ledger::expire(TimePoint now) {
+  std::vector<RolloutKey> expired;
   while (!deadlines_.empty() && deadlines_.begin()->first <= now) {
-    const RolloutKey key = deadlines_.begin()->second;
-    expired.emplace_back(key, entries_.at(key).lease->worker);
-    take_back(key);
+    expired.push_back(deadlines_.begin()->second);
+    take_back(expired.back());
   }
   return expired;
 }
@@ -108,6 +112,24 @@ std::vector<std::pair<RolloutKey, protocol::WorkerId>> Ledger::expire(TimePoint 
 std::optional<TimePoint> Ledger::next_deadline() const {
   if (deadlines_.empty()) return std::nullopt;
   return deadlines_.begin()->first;
+}
+
+const std::set<RolloutKey>& Ledger::leases_of(protocol::WorkerId worker) const {
+  static const std::set<RolloutKey> kNone;
+  const auto found = leases_.find(worker);
+  return found == leases_.end() ? kNone : found->second;
+}
+
+void Ledger::index(RolloutKey key, const Lease& lease) {
+  deadlines_.emplace(lease.deadline, key);
+  leases_[lease.worker].insert(key);
+}
+
+void Ledger::drop_from_indices(RolloutKey key, const Lease& lease) {
+  deadlines_.erase({lease.deadline, key});
+  const auto of_worker = leases_.find(lease.worker);
+  of_worker->second.erase(key);
+  if (of_worker->second.empty()) leases_.erase(of_worker);
 }
 
 const Ledger::Entry* Ledger::find(RolloutKey key) const {
@@ -120,7 +142,7 @@ Ledger::Entry Ledger::close(RolloutKey key) {
   CHECK(found != entries_.end(), "only an open roll-out can be closed");
   Entry entry = std::move(found->second);
   if (entry.lease) {
-    deadlines_.erase({entry.lease->deadline, key});
+    drop_from_indices(key, *entry.lease);
   } else {
     // Taken back and answered after all, by the worker that had it: no longer ready.
     ready_.erase(std::find(ready_.begin(), ready_.end(), key));
@@ -129,4 +151,4 @@ Ledger::Entry Ledger::close(RolloutKey key) {
   return entry;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

@@ -14,9 +14,11 @@
 #include "common/protocol/messages.h"
 #include "learner/core/run_record.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 
-/// What a roll-out asks a worker.
+/// What a roll-out asks a worker, whoever that is. Its theta is here as well as with the run that
+/// drew it: asking needs it until an answer is in, learning until that is applied, which in
+/// sequence may be much later.
 struct Question {
   ContentHash task_id;
   ContentHash policy_id;
@@ -68,10 +70,14 @@ class Ledger {
   /// The same where the holder says that it has neither the question nor its answer: nothing
   /// speaks for asking the same one again.
   void take_back_lost(protocol::RolloutKey key);
-  /// Takes back every lease whose deadline is not after `now`; the keys and who held them.
-  std::vector<std::pair<protocol::RolloutKey, protocol::WorkerId>> expire(TimePoint now);
+  /// Takes back what this worker has.
+  void take_back_all(protocol::WorkerId worker);
+  /// Takes back every lease whose deadline is not after `now`; the keys.
+  std::vector<protocol::RolloutKey> expire(TimePoint now);
   std::optional<TimePoint> next_deadline() const;
 
+  /// What is leased to this worker. Valid until the next change of the ledger.
+  const std::set<protocol::RolloutKey>& leases_of(protocol::WorkerId worker) const;
   /// The open question of a key, or nothing.
   const Entry* find(protocol::RolloutKey key) const;
   /// An answer has been accepted: the entry goes. Precondition: find(key).
@@ -82,9 +88,15 @@ class Ledger {
   LedgerCounters counters;
 
  private:
+  void index(protocol::RolloutKey key, const Lease& lease);
+  void drop_from_indices(protocol::RolloutKey key, const Lease& lease);
+
   std::map<protocol::RolloutKey, Entry> entries_;
   std::deque<protocol::RolloutKey> ready_;
+  // The leases of entries_ once more, in the order of their deadlines and by worker: timers and
+  // heartbeats come often, and no walk over all that is open is made for one.
   std::set<std::pair<TimePoint, protocol::RolloutKey>> deadlines_;
+  std::map<protocol::WorkerId, std::set<protocol::RolloutKey>> leases_;
 };
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

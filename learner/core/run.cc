@@ -4,7 +4,7 @@
 
 #include "common/base/check.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 namespace {
 
 Exploration start(const Study& study, const Condition& condition, int repetition) {
@@ -24,17 +24,16 @@ Run::Run(const Study& study, int run)
   records_.reserve(study.conditions[condition_].exploration.num_rollouts);
 }
 
-std::vector<Run::Wanted> Run::take_wanted() {
-  std::vector<Wanted> wanted;
+std::vector<Draw> Run::take_draws() {
+  std::vector<Draw> draws;
   while (std::optional<Draw> draw = exploration_.ask()) {
-    layers_.emplace(draw->rollout, draw->layer);
-    wanted.push_back({draw->rollout, draw->layer, std::move(draw->theta)});
+    draws.push_back(std::move(*draw));
   }
   if (exploration_.done() && !evaluation_wanted_) {
     evaluation_wanted_ = true;
-    wanted.push_back({kEvaluation, exploration_.layer(), exploration_.mean()});
+    draws.push_back({kEvaluation, exploration_.layer(), exploration_.mean()});
   }
-  return wanted;
+  return draws;
 }
 
 int Run::accept(int number, double reward, RolloutStatus status, int numeric_class) {
@@ -44,7 +43,7 @@ int Run::accept(int number, double reward, RolloutStatus status, int numeric_cla
     final_ = answer;
     return 0;
   }
-  CHECK(layers_.contains(number) && !held_.contains(number), "a result nobody asked for");
+  CHECK(exploration_.find(number) && !held_.contains(number), "a result nobody asked for");
   if (!study_->in_sequence) {
     apply(number, answer);
     return 1;
@@ -61,19 +60,17 @@ int Run::accept(int number, double reward, RolloutStatus status, int numeric_cla
 }
 
 void Run::apply(int number, const Answer& answer) {
-  const auto layer = layers_.find(number);
   if (records_.size() <= static_cast<std::size_t>(number)) {
     records_.resize(number + 1);
   }
-  records_[number] = {answer.reward, static_cast<std::int16_t>(layer->second), answer.status,
-                      answer.numeric_class};
-  layers_.erase(layer);
+  records_[number] = {answer.reward, static_cast<std::int16_t>(exploration_.find(number)->layer),
+                      answer.status, answer.numeric_class};
   last_reward_ = answer.reward;
   if (answer.status != RolloutStatus::kOk) ++num_failed_;
   exploration_.tell(number, answer.reward, answer.status);
 }
 
-std::optional<Run::Answer> Run::answer_of(int number) const {
+std::optional<Answer> Run::answer_of(int number) const {
   if (number == kEvaluation) return final_;
   if (const auto held = held_.find(number); held != held_.end()) return held->second;
   if (number < 0 || static_cast<std::size_t>(number) >= records_.size() ||
@@ -110,4 +107,4 @@ RunRecord Run::record() const {
   return record;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

@@ -5,12 +5,12 @@
 #include <optional>
 #include <vector>
 
-#include "common/policy/policy.h"
+#include "learner/core/answer.h"
 #include "learner/core/run_record.h"
 #include "learner/core/study.h"
 #include "learner/explore/exploration.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 
 /// One run of a study: its search, the order in which results reach it, and its record.
 /// Roll-outs 0 .. N-1 are the budget; number kEvaluation is the final evaluation of the mean
@@ -22,29 +22,18 @@ class Run {
   /// Precondition: `study` outlives the run.
   Run(const Study& study, int run);
 
-  /// A roll-out to be made, at the policy of its layer.
-  struct Wanted {
-    int number = 0;
-    int layer = 0;
-    Eigen::VectorXd theta;
-  };
   /// Draws no more: its time is up. What has been asked for is still accepted, then the mean policy
   /// as it is now is evaluated. Nothing happens to a run that has ended by itself.
   void stop() { exploration_.stop(); }
 
-  /// What may be asked for now and has not been; after construction, each
-  /// accept() and stop().
-  std::vector<Wanted> take_wanted();
+  /// What may be asked for now and has not been; after construction, each accept() and stop(). The
+  /// evaluation comes as a draw without noise, number kEvaluation.
+  std::vector<Draw> take_draws();
 
   /// A result for a roll-out that was asked for and has none yet. In sequence it is held until
   /// all lower numbers are in. @return how many results were applied
   int accept(int number, double reward, RolloutStatus status, int numeric_class);
 
-  struct Answer {
-    double reward = 0;
-    RolloutStatus status = RolloutStatus::kOk;
-    int numeric_class = 0;
-  };
   /// The result a roll-out has (held or applied), else nothing.
   std::optional<Answer> answer_of(int number) const;
 
@@ -71,11 +60,10 @@ class Run {
   Exploration exploration_;
   bool evaluation_wanted_ = false;
   std::map<int, Answer> held_;  // answered before a lower number was
-  std::map<int, int> layers_;   // of roll-outs drawn and not applied
   std::vector<RolloutRecord> records_;
   int num_failed_ = 0;
   double last_reward_ = 0;
   std::optional<Answer> final_;
 };
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

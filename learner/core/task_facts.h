@@ -14,6 +14,9 @@ struct TaskFacts {
   double reward_max = 1;
   double time_limit_s = 0;
   bool deterministic = true;
+
+  /// False for what is no number, too.
+  bool is_in_range(double reward) const { return reward >= reward_min && reward <= reward_max; }
   bool operator==(const TaskFacts&) const = default;
 };
 

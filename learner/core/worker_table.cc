@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace treeroll {
+namespace treeroll::learner {
 namespace {
 
 WorkerRecord record_of(const WorkerEntry& worker, TimePoint start) {
@@ -36,9 +36,9 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
       // It was only silent: what it has done and what has been acknowledged still hold.
       entry.first_heard = left->second.first_heard;
       entry.num_accepted = left->second.num_accepted;
-      entry.settled = left->second.settled;
-      entry.answered = left->second.answered;
-      entry.acknowledged = left->second.acknowledged;
+      entry.highest_index_seen = left->second.highest_index_seen;
+      entry.last_index_read = left->second.last_index_read;
+      entry.last_index_acknowledged = left->second.last_index_acknowledged;
       entry.distrusted = left->second.distrusted;
       left_.erase(left);
     }
@@ -67,7 +67,6 @@ std::vector<WorkerEntry> WorkerTable::remove_silent(TimePoint now) {
     }
     silent.push_back(worker->second);
     make_room_among_those_that_left();
-    worker->second.leases.clear();
     worker->second.refused.clear();
     left_.insert(workers_.extract(worker++));
   }
@@ -104,4 +103,4 @@ std::vector<WorkerRecord> WorkerTable::records(TimePoint start) const {
   return records;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -13,7 +12,7 @@
 #include "common/protocol/messages.h"
 #include "learner/core/run_record.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 
 /// What the learner knows of one worker.
 struct WorkerEntry {
@@ -28,7 +27,6 @@ struct WorkerEntry {
   bool distrusted = false;  ///< gave an answer no sound worker gives
   TimePoint first_heard;
   TimePoint last_heard;
-  std::set<protocol::RolloutKey> leases;
   struct Refusal {
     std::string reason;
     TimePoint until;  ///< it is asked again after this
@@ -36,9 +34,9 @@ struct WorkerEntry {
   std::map<ContentHash, Refusal> refused;  ///< by definition
   /// From issue to answer, running median; nothing before the first answer.
   std::optional<double> answer_time_s;
-  std::int64_t settled = 0;       ///< highest result index that has been looked at
-  std::int64_t answered = 0;      ///< last result index of its newest batch
-  std::int64_t acknowledged = 0;  ///< the same, and on stable storage
+  std::int64_t highest_index_seen = 0;       ///< of its results, looked at
+  std::int64_t last_index_read = 0;          ///< of the results of its newest batch
+  std::int64_t last_index_acknowledged = 0;  ///< the same, and on stable storage
   std::int64_t num_accepted = 0;
 
   /// One that refuses so much is asked for nothing until it has been forgotten what it refused.
@@ -87,4 +85,4 @@ class WorkerTable {
   std::map<protocol::WorkerId, WorkerEntry> left_;
 };
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

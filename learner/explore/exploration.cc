@@ -40,6 +40,11 @@ std::optional<Draw> Exploration::ask() {
   return drawn_.at(next_ask_++).draw;
 }
 
+const Draw* Exploration::find(int rollout) const {
+  const auto found = drawn_.find(rollout);
+  return found == drawn_.end() || rollout >= next_ask_ ? nullptr : &found->second.draw;
+}
+
 void Exploration::tell(int rollout, double reward, RolloutStatus status) {
   const auto told = drawn_.find(rollout);
   CHECK(told != drawn_.end() && rollout < next_ask_,

@@ -41,6 +41,8 @@ class Exploration {
 
   /// The next roll-out in number order, or none until more results have been told.
   std::optional<Draw> ask();
+  /// The roll-out of this number, if it was asked for and has not been told, else null.
+  const Draw* find(int rollout) const;
   /// Applies the result of a roll-out that was asked for and not told before.
   /// @param reward  finite and not negative; a failed roll-out counts as reward 0 whatever it is
   void tell(int rollout, double reward, RolloutStatus status);

@@ -27,20 +27,21 @@ void check_same_study(const JournalStart& start, const ContentHash& study_id) {
 
 /// One record more. Throws std::runtime_error if it does not follow from those before.
 void fold(const JournalRecord& record, const ContentHash& study_id, TimePoint now,
-          LearnerCore& core) {
+          learner::LearnerCore& core) {
   if (const auto* start = std::get_if<JournalStart>(&record)) {
     return check_same_study(*start, study_id);
   }
-  LearnerEffects unsent;
+  learner::Effects unsent;
   const auto* result = std::get_if<AcceptedResult>(&record);
   const auto* time = std::get_if<LearningTime>(&record);
   if (!result && !time) return;
-  if (core.outcome() == LearnerCore::Outcome::kDone) {
+  if (core.outcome() == learner::LearnerCore::Outcome::kDone) {
     throw std::runtime_error("the journal goes on although every run has ended");
   }
-  if (result) core.step(now, learner_event::Recovered{result}, unsent);
-  if (time) core.step(now, learner_event::TimeRecovered{*time}, unsent);
-  if (core.outcome() == LearnerCore::Outcome::kFailed) throw std::runtime_error(core.failure());
+  if (result) core.step(now, learner::ResultRecovered{*result}, unsent);
+  if (time) core.step(now, learner::TimeRecovered{*time}, unsent);
+  if (core.outcome() == learner::LearnerCore::Outcome::kFailed)
+    throw std::runtime_error(core.failure());
 }
 
 fs::path free_name(const fs::path& journal) {
@@ -54,10 +55,10 @@ fs::path free_name(const fs::path& journal) {
 }  // namespace
 
 JournalTail fold_journal(const fs::path& journal, const ContentHash& study_id, TimePoint now,
-                         LearnerCore& core,
+                         learner::LearnerCore& core,
                          const std::function<void(const JournalRecord&)>& on_record) {
-  LearnerEffects unsent;  // workers ask for definitions when they need them
-  core.step(now, learner_event::Started{}, unsent);
+  learner::Effects unsent;  // workers ask for definitions when they need them
+  core.step(now, learner::Started{}, unsent);
   std::int64_t number = 0;
   std::uint64_t offset = 0;
   std::ifstream file(journal, std::ios::binary);

@@ -17,7 +17,7 @@ namespace treeroll {
 /// @param on_record  called with each record once it is applied; may be empty
 /// Throws std::runtime_error that names the journal, and for a difference its first record.
 JournalTail fold_journal(const std::filesystem::path& journal, const ContentHash& study_id,
-                         TimePoint now, LearnerCore& core,
+                         TimePoint now, learner::LearnerCore& core,
                          const std::function<void(const JournalRecord&)>& on_record = {});
 
 /// What salvage has kept of a damaged journal.

@@ -63,7 +63,7 @@ std::vector<ToldRun> as_they_arrived(const Study& study, const StudyResults& res
       }
     }
     const auto* result = std::get_if<AcceptedResult>(&record);
-    if (result == nullptr || result->key.number == Run::kEvaluation) return;
+    if (result == nullptr || result->key.number == learner::Run::kEvaluation) return;
     if (result->key.run < 0 || static_cast<std::size_t>(result->key.run) >= told.size()) return;
     told[static_cast<std::size_t>(result->key.run)].results.push_back(
         {result->key.number, result->reward, result->status});
@@ -97,7 +97,7 @@ std::vector<double> levels(const Study& study, const RunRecord& record, const To
                     "study by this version of the algorithm",
                     record.condition, record.repetition));
   };
-  Run run(study, record.run);
+  learner::Run run(study, record.run);
   const ExplorationSettings& settings =
       study.conditions[static_cast<std::size_t>(run.condition())].exploration;
   const auto unit = [&] {
@@ -110,7 +110,7 @@ std::vector<double> levels(const Study& study, const RunRecord& record, const To
   std::vector<double> found;
   for (const Told& result : told.results) {
     if (found.size() == told.num_before_stop) run.stop();
-    for (const Run::Wanted& wanted : run.take_wanted()) asked.insert(wanted.number);
+    for (const Draw& draw : run.take_draws()) asked.insert(draw.rollout);
     require(asked.erase(result.number) == 1);
     run.accept(result.number, result.reward, result.status, 0);
     if (run.exploration().layer() != layer) {

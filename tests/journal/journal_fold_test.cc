@@ -29,7 +29,7 @@ class JournalFoldTest : public testing::Test {
 
   std::string error_of(const fs::path& journal) const {
     const Study study = load_study(folder_ / "study.toml", {}).study;
-    LearnerCore core(study, LearnerSettings{});
+    learner::LearnerCore core(study, learner::LearnerSettings{});
     try {
       fold_journal(journal, ContentHash{}, TimePoint{}, core);
     } catch (const std::runtime_error& error) {

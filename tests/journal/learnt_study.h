@@ -83,8 +83,8 @@ struct Arrival {
 
 /// One run on its way.
 struct RunUnderWay {
-  Run run;
-  std::vector<Run::Wanted> asked = {};
+  learner::Run run;
+  std::vector<Draw> asked = {};
   std::size_t num_told = 0;
   std::vector<double> noise = {};  ///< after each result applied; NaN where the next came with it
 };
@@ -92,22 +92,22 @@ struct RunUnderWay {
 /// Tells a run results until it has had so many, or wants none.
 inline void learn(RunUnderWay& learning, std::size_t results, const Arrival& arrival,
                   std::mt19937& order, JournalWriter& journal) {
-  Run& run = learning.run;
+  learner::Run& run = learning.run;
   while (learning.num_told < results) {
     if (arrival.seed || learning.asked.empty()) {
-      for (Run::Wanted& wanted : run.take_wanted()) learning.asked.push_back(std::move(wanted));
+      for (Draw& draw : run.take_draws()) learning.asked.push_back(std::move(draw));
     }
     if (learning.asked.empty()) return;
     const std::size_t place =
         (arrival.seed ? order() : std::size_t{learning.asked.size() - 1}) % learning.asked.size();
-    const Run::Wanted wanted = learning.asked[place];
+    const Draw draw = learning.asked[place];
     learning.asked.erase(learning.asked.begin() + static_cast<std::ptrdiff_t>(place));
     // Rewards fall as the run goes on, so that layers converge.
-    const double reward = .5 / (wanted.number + 2) * std::exp(-wanted.theta.squaredNorm());
-    const int applied = run.accept(wanted.number, reward, RolloutStatus::kOk, 0);
+    const double reward = .5 / (draw.rollout + 2) * std::exp(-draw.theta.squaredNorm());
+    const int applied = run.accept(draw.rollout, reward, RolloutStatus::kOk, 0);
     ++learning.num_told;
     AcceptedResult result;
-    result.key = {.run = run.index(), .number = wanted.number};
+    result.key = {.run = run.index(), .number = draw.rollout};
     result.reward = reward;
     journal.append(result, 0);
     // Deviations .2 and .5 of time and output.
@@ -133,7 +133,8 @@ inline LearntStudy learn_into(const std::filesystem::path& directory, const std:
   journal.append(JournalStart{}, 0);
   std::mt19937 order(arrival.seed.value_or(0));
   std::vector<RunUnderWay> learning;
-  for (int index = 0; index < study.num_runs(); ++index) learning.push_back({Run(study, index)});
+  for (int index = 0; index < study.num_runs(); ++index)
+    learning.push_back({learner::Run(study, index)});
   for (RunUnderWay& run : learning) {
     learn(run, arrival.results_before_stop, arrival, order, journal);
   }

@@ -9,9 +9,10 @@
 
 #include "common/base/random_stream.h"
 #include "common/policy/tree/tree_policy.h"
+#include "tests/learner_core/effects.h"
 #include "tests/learner_core/fake_worker.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 
 /// A flat policy of two components, means explored: theta has 4 elements.
 inline PolicyPtr small_policy(double offset = 0) {
@@ -70,30 +71,31 @@ class Cluster {
     next_heartbeat.erase(next_heartbeat.begin() + static_cast<std::ptrdiff_t>(place));
   }
 
-  void start() { step(learner_event::Started{}); }
+  void start() { step(Started{}); }
   /// @param times  by how many results stand before
   void recover(const std::vector<AcceptedResult>& results,
                const std::map<std::size_t, LearningTime>& times = {}) {
     for (std::size_t place = 0; place <= results.size(); ++place) {
       const auto time = times.find(place);
-      if (time != times.end()) step(learner_event::TimeRecovered{time->second});
-      if (place < results.size()) step(learner_event::Recovered{&results[place]});
+      if (time != times.end()) step(TimeRecovered{time->second});
+      if (place < results.size()) step(ResultRecovered{results[place]});
     }
   }
-  void stop() { step(learner_event::StopRequested{}); }
+  void stop() { step(StopRequested{}); }
 
   /// Runs until the study is done or `limit` of virtual time has passed; `each` after every event.
   void run(
       Duration limit, const std::function<void()>& each = [] {}) {
     const TimePoint end = now + limit;
+    if (std::exchange(recovers_, false)) step(RecoveryFinished{});
     while (core->outcome() == LearnerCore::Outcome::kRunning && advance(end)) each();
   }
 
   /// More is on its way: the learner does not answer yet.
-  void hear(const protocol::Message& message) { step(learner_event::Received{&message}); }
+  void hear(const protocol::Message& message) { step(MessageReceived{message}); }
   void give(const protocol::Message& message) {
     hear(message);
-    step(learner_event::InboxDrained{});
+    step(InboxDrained{});
   }
 
   std::unique_ptr<LearnerCore> core;
@@ -130,7 +132,7 @@ class Cluster {
     }
     now = std::max(now, next);
     if (who == workers.size()) {
-      step(learner_event::Timer{});
+      step(TimerFired{});
     } else if (heartbeat) {
       next_heartbeat[who] = now + std::chrono::milliseconds(100);
       to_learner(workers[who]->status(kLearner));
@@ -146,16 +148,17 @@ class Cluster {
     if (arrives()) give(message);
   }
 
-  void step(const LearnerEvent& event) {
-    LearnerEffects effects;
+  void step(const Event& event) {
+    Effects effects;
     core->step(now, event, effects);
-    if (effects.time) times[journal.size() + effects.accepted.size()] = *effects.time;
-    if (!effects.accepted.empty()) {
-      journal.insert(journal.end(), effects.accepted.begin(), effects.accepted.end());
-      core->step(now, learner_event::Synced{}, effects);
+    const std::vector<AcceptedResult> results = results_in(effects);
+    journal.insert(journal.end(), results.begin(), results.end());
+    if (!results.empty()) core->step(now, JournalSynced{}, effects);
+    for (const Effect& effect : effects) {
+      if (const auto* time = std::get_if<AppendTime>(&effect)) times[journal.size()] = time->time;
+      if (const auto* line = std::get_if<WriteLog>(&effect)) log.push_back(line->line);
     }
-    log.insert(log.end(), effects.log.begin(), effects.log.end());
-    for (const protocol::Message& message : effects.send) {
+    for (const protocol::Message& message : messages_in(effects)) {
       sent.push_back(message);
       for (const auto& worker : workers) {
         if (!arrives()) continue;
@@ -170,9 +173,10 @@ class Cluster {
     }
   }
 
+  bool recovers_ = true;
   std::vector<TimePoint> next_heartbeat;
   std::vector<protocol::Message> replies_;
   RandomStream fate_{99, 0, 0, RandomPurpose::kPerturbation};
 };
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

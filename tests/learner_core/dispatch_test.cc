@@ -7,7 +7,7 @@
 #include "common/protocol/limits.h"
 #include "learner/core/batching.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 namespace {
 
 using std::chrono::milliseconds;
@@ -42,8 +42,9 @@ TEST(DispatchTest, FillsWorkersInProportionToTheirEvaluators) {
   add_worker(workers, 2, 1);
   const auto chosen = assign(ledger, workers, {at(0), 1, &kTasks});
   EXPECT_EQ(chosen.size(), 6U);  // two for each evaluator
-  EXPECT_EQ(workers.find(1)->leases.size(), 4U);
-  EXPECT_EQ(workers.find(2)->leases.size(), 2U);
+  ledger.lease(at(0), chosen);
+  EXPECT_EQ(ledger.leases_of(1).size(), 4U);
+  EXPECT_EQ(ledger.leases_of(2).size(), 2U);
   EXPECT_EQ(workers.find(1)->free_slots, 124);
 }
 
@@ -122,13 +123,12 @@ TEST(DispatchTest, AWorkerIsGivenNoMoreThanItCanNameInOneMessage) {
 TEST(DispatchTest, ALeaseLastsFourTimesWhatAnAnswerTakes) {
   WorkerTable workers;
   WorkerEntry& worker = add_worker(workers, 1, 2);
-  EXPECT_EQ(lease_duration(worker, 0), std::chrono::seconds(1));
+  EXPECT_EQ(lease_duration(worker, 0, 0), std::chrono::seconds(1));
   worker.answer_time_s = .5;
-  EXPECT_EQ(lease_duration(worker, .01), std::chrono::seconds(2));
+  EXPECT_EQ(lease_duration(worker, 0, .01), std::chrono::seconds(2));
   worker.answer_time_s = 1e-3;
-  EXPECT_EQ(lease_duration(worker, 1e-3), milliseconds(10));
-  for (int number = 0; number < 9; ++number) worker.leases.insert({0, number});
-  EXPECT_EQ(lease_duration(worker, .1), std::chrono::seconds(2));  // 10 on 2 evaluators
+  EXPECT_EQ(lease_duration(worker, 0, 1e-3), milliseconds(10));
+  EXPECT_EQ(lease_duration(worker, 9, .1), std::chrono::seconds(2));  // 10 on 2 evaluators
 }
 
 protocol::RolloutRequest request(int theta_dim) {
@@ -167,4 +167,4 @@ TEST(BatchingTest, SendsARolloutThatIsLargerThanABatchAlone) {
 TEST(BatchingTest, SendsNothingWhenThereIsNothing) { EXPECT_TRUE(pack({}, {}, 1400).empty()); }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::learner

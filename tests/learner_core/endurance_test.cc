@@ -9,7 +9,7 @@
 
 #include "tests/learner_core/cluster.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 namespace {
 
 constexpr int kRepetitions = 10;
@@ -66,4 +66,4 @@ TEST(EnduranceTest, MemoryIsFlatAfterWarmUpAndQueuesAreBounded) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::learner

@@ -10,7 +10,7 @@
 
 #include "learner/core/learner_core.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 
 /// Reward of the tests: a smooth bump of theta, the same from every worker.
 inline double bump(const std::vector<double>& theta) {
@@ -132,4 +132,4 @@ class FakeWorker {
   TimePoint busy_until_;
 };
 
-}  // namespace treeroll
+}  // namespace treeroll::learner

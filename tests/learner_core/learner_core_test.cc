@@ -5,7 +5,7 @@
 
 #include "tests/learner_core/cluster.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 namespace {
 
 using std::chrono::milliseconds;
@@ -391,14 +391,14 @@ TEST(LearnerCoreTest, AcknowledgesARepetitionThoughAnOlderBatchCameBeforeTheDisk
   settings.known_tasks[study.conditions[0].task_content] = TaskFacts{1, 1, 0, 1, 10, true};
   LearnerCore core(study, settings);
   FakeWorker worker(1, milliseconds(1));
-  LearnerEffects effects;
+  Effects effects;
   const auto give = [&](const protocol::Message& message) {
-    core.step(TimePoint{}, learner_event::Received{&message}, effects);
-    core.step(TimePoint{}, learner_event::InboxDrained{}, effects);
+    core.step(TimePoint{}, MessageReceived{message}, effects);
+    core.step(TimePoint{}, InboxDrained{}, effects);
   };
-  core.step(TimePoint{}, learner_event::Started{}, effects);
+  core.step(TimePoint{}, Started{}, effects);
   give(worker.status(Cluster::kLearner));
-  for (const protocol::Message& message : std::vector(effects.send)) {
+  for (const protocol::Message& message : messages_in(effects)) {
     worker.receive(message, TimePoint{});
   }
   const protocol::RewardBatch one = worker.finish(Cluster::kLearner, TimePoint{});
@@ -406,11 +406,12 @@ TEST(LearnerCoreTest, AcknowledgesARepetitionThoughAnOlderBatchCameBeforeTheDisk
   ASSERT_EQ(both.results.size(), 2U);
   give(both);
   give(one);  // overtaken on its way
-  core.step(TimePoint{}, learner_event::Synced{}, effects);
+  core.step(TimePoint{}, JournalSynced{}, effects);
   effects = {};
   give(both);
-  ASSERT_FALSE(effects.send.empty());
-  const auto* batch = std::get_if<protocol::RolloutBatch>(&effects.send.back());
+  const std::vector<protocol::Message> sent = messages_in(effects);
+  ASSERT_FALSE(sent.empty());
+  const auto* batch = std::get_if<protocol::RolloutBatch>(&sent.back());
   ASSERT_NE(batch, nullptr);
   ASSERT_EQ(batch->acknowledgements.size(), 1U);
   EXPECT_EQ(batch->acknowledgements[0].result_index, 2);
@@ -430,4 +431,4 @@ TEST(LearnerCoreTest, PublishesADefinitionAgainForAWorkerThatLacksIt) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::learner

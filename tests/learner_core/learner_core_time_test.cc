@@ -5,7 +5,7 @@
 #include "learner/core/learner_core.h"
 #include "tests/learner_core/cluster.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 namespace {
 
 using std::chrono::milliseconds;
@@ -224,4 +224,4 @@ TEST(LearnerCoreTimeTest, AStudyWithoutAnEndInTimeCountsNone) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::learner

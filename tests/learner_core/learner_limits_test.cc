@@ -7,7 +7,7 @@
 #include "common/protocol/limits.h"
 #include "tests/learner_core/cluster.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 namespace {
 
 using protocol::kNumericClassesMax;
@@ -185,11 +185,12 @@ TEST(LearnerLimitsTest, WhileTheDiskLagsNothingMoreIsAcceptedAndNothingGivenOut)
   std::vector<AcceptedResult> journal;
   TimePoint now{};
   std::string waiting;
-  const auto step = [&](const LearnerEvent& event) {
-    LearnerEffects effects;
+  const auto step = [&](const Event& event) {
+    Effects effects;
     core.step(now, event, effects);
-    journal.insert(journal.end(), effects.accepted.begin(), effects.accepted.end());
-    for (const protocol::Message& message : effects.send) {
+    const std::vector<AcceptedResult> results = results_in(effects);
+    journal.insert(journal.end(), results.begin(), results.end());
+    for (const protocol::Message& message : messages_in(effects)) {
       worker.receive(message, now);
       if (const auto* status = std::get_if<protocol::LearnerStatus>(&message)) {
         waiting = status->waiting_for;
@@ -202,12 +203,13 @@ TEST(LearnerLimitsTest, WhileTheDiskLagsNothingMoreIsAcceptedAndNothingGivenOut)
       std::vector<protocol::Message> messages;
       while (worker.has_work()) messages.emplace_back(worker.finish(Cluster::kLearner, now));
       messages.emplace_back(worker.status(Cluster::kLearner));
-      for (const protocol::Message& message : messages) step(learner_event::Received{&message});
-      step(learner_event::InboxDrained{});
-      if (now >= core.next_deadline()) step(learner_event::Timer{});
+      for (const protocol::Message& message : messages) step(MessageReceived{message});
+      step(InboxDrained{});
+      if (now >= core.next_deadline()) step(TimerFired{});
     }
   };
-  step(learner_event::Started{});
+  step(Started{});
+  step(RecoveryFinished{});
   work(1000);  // ten seconds in which no fdatasync returns
   EXPECT_EQ(journal.size(), 5U);
   EXPECT_FALSE(worker.has_work()) << "it gets nothing more to do";
@@ -216,7 +218,7 @@ TEST(LearnerLimitsTest, WhileTheDiskLagsNothingMoreIsAcceptedAndNothingGivenOut)
 
   while (core.outcome() == LearnerCore::Outcome::kRunning) {
     const std::size_t before = journal.size();
-    step(learner_event::Synced{});
+    step(JournalSynced{});
     work(3);
     ASSERT_LE(journal.size(), before + 5);
     ASSERT_LT(now, TimePoint(seconds(1000)));
@@ -234,4 +236,4 @@ TEST(LearnerLimitsTest, WhileTheDiskLagsNothingMoreIsAcceptedAndNothingGivenOut)
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::learner

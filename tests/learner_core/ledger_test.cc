@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace treeroll {
+namespace treeroll::learner {
 namespace {
 
 using protocol::RolloutKey;
@@ -45,7 +45,8 @@ TEST(LedgerTest, AnExpiredLeaseComesFirstAndIsCountedWhenIssuedAgain) {
   EXPECT_TRUE(ledger.expire(at(49)).empty());
   const auto expired = ledger.expire(at(50));
   ASSERT_EQ(expired.size(), 1U);
-  EXPECT_EQ(expired[0].second, 7);
+  EXPECT_EQ(expired[0], (RolloutKey{0, 0}));
+  EXPECT_TRUE(ledger.leases_of(7).empty());
   EXPECT_EQ(ledger.ready()[0], (RolloutKey{0, 0}));
   const auto again = ledger.lease(at(60), {{0, 8, at(90)}});
   EXPECT_EQ(again[0].attempt, 1);
@@ -110,4 +111,4 @@ TEST(LedgerTest, EvaluationsAreOutsideTheBudget) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::learner

@@ -12,7 +12,7 @@
 
 #include "tests/learner_core/cluster.h"
 
-namespace treeroll {
+namespace treeroll::learner {
 namespace {
 
 using std::chrono::milliseconds;
@@ -35,13 +35,14 @@ class Crowd {
   }
 
   void run() {
-    step(learner_event::Started{});
+    step(Started{});
+    step(RecoveryFinished{});
     while (core->outcome() == LearnerCore::Outcome::kRunning) {
       const auto [due, id, is_heartbeat] = due_.top();
       const TimePoint deadline = core->next_deadline();
       now_ = std::max(now_, std::min(due, deadline));
       if (deadline <= due) {
-        step(learner_event::Timer{});
+        step(TimerFired{});
         continue;
       }
       due_.pop();
@@ -64,17 +65,17 @@ class Crowd {
  private:
   void give(const protocol::Message& message) {
     ++num_messages;
-    step(learner_event::Received{&message});
-    step(learner_event::InboxDrained{});
+    step(MessageReceived{message});
+    step(InboxDrained{});
   }
 
-  void step(const LearnerEvent& event) {
-    LearnerEffects effects;
+  void step(const Event& event) {
+    Effects effects;
     const auto start = std::chrono::steady_clock::now();
     core->step(now_, event, effects);
-    if (!effects.accepted.empty()) core->step(now_, learner_event::Synced{}, effects);
+    if (!results_in(effects).empty()) core->step(now_, JournalSynced{}, effects);
     spent += std::chrono::steady_clock::now() - start;
-    for (const protocol::Message& message : effects.send) {
+    for (const protocol::Message& message : messages_in(effects)) {
       const auto* batch = std::get_if<protocol::RolloutBatch>(&message);
       if (!batch) continue;
       std::set<protocol::WorkerId> named;
@@ -113,4 +114,4 @@ TEST(ManyWorkersTest, EveryRolloutIsLearntFromOnceWhateverTheNumberOfWorkers) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::learner

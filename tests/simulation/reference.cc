@@ -10,18 +10,17 @@ std::vector<RunRecord> faultless_records(const Study& study, const VirtualTask& 
   const WithoutFault without_fault;
   std::vector<RunRecord> records;
   for (int index = 0; index < study.num_runs(); ++index) {
-    Run run(study, index);
+    learner::Run run(study, index);
     int num_applied = 0;
     const auto stop_if_due = [&] {
       if (!ends.empty() && num_applied == ends[static_cast<std::size_t>(index)]) run.stop();
     };
     stop_if_due();
     while (!run.done()) {
-      for (const Run::Wanted& wanted : run.take_wanted()) {
-        const protocol::RolloutKey key{index, wanted.number};
-        const std::vector<double> theta(wanted.theta.data(),
-                                        wanted.theta.data() + wanted.theta.size());
-        num_applied += run.accept(wanted.number, task.reward(key, theta), task.status(key), 0);
+      for (const Draw& draw : run.take_draws()) {
+        const protocol::RolloutKey key{index, draw.rollout};
+        const std::vector<double> theta(draw.theta.data(), draw.theta.data() + draw.theta.size());
+        num_applied += run.accept(draw.rollout, task.reward(key, theta), task.status(key), 0);
         stop_if_due();
       }
     }
@@ -33,14 +32,14 @@ std::vector<RunRecord> faultless_records(const Study& study, const VirtualTask& 
 std::vector<RunRecord> folded_records(const Study& study,
                                       const std::vector<JournalRecord>& journal) {
   const WithoutFault without_fault;
-  LearnerCore core(study, {.learner_id = 1, .batch_bytes_max = 1400, .known_tasks = {}});
-  LearnerEffects effects;
-  core.step(TimePoint{}, learner_event::Started{}, effects);
+  learner::LearnerCore core(study, {.learner_id = 1, .batch_bytes_max = 1400, .known_tasks = {}});
+  learner::Effects effects;
+  core.step(TimePoint{}, learner::Started{}, effects);
   for (const JournalRecord& record : journal) {
     if (const auto* result = std::get_if<AcceptedResult>(&record)) {
-      core.step(TimePoint{}, learner_event::Recovered{result}, effects);
+      core.step(TimePoint{}, learner::ResultRecovered{*result}, effects);
     } else if (const auto* time = std::get_if<LearningTime>(&record)) {
-      core.step(TimePoint{}, learner_event::TimeRecovered{*time}, effects);
+      core.step(TimePoint{}, learner::TimeRecovered{*time}, effects);
     }
     effects = {};
   }

@@ -35,7 +35,7 @@ Condition quick_condition(Dice& dice, int index) {
   exploration.best_considered = dice.between(1, exploration.first_update);
   exploration.convergence_window = dice.between(3, 6);
   exploration.convergence_slope = dice.chance(.8) ? kAnySlope : .01;
-  exploration.last_layer = condition.start.num_layers();
+  exploration.last_layer = condition.start->num_layers();
   exploration.reuse = dice.chance(.5);
   return condition;
 }

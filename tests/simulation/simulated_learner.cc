@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::uint32_t kLearnerDice = 10;
 
-LearnerSettings learner_settings(const Scenario& scenario, protocol::LearnerId id) {
-  LearnerSettings settings;
+learner::LearnerSettings learner_settings(const Scenario& scenario, protocol::LearnerId id) {
+  learner::LearnerSettings settings;
   settings.learner_id = id;
   settings.batch_bytes_max = scenario.batch_bytes_max;
   settings.unsynced_results_max = scenario.unsynced_results_max;
@@ -42,55 +42,57 @@ SimulatedLearner::SimulatedLearner(const Scenario& scenario, int index, Schedule
       num_applied_(static_cast<std::size_t>(study_.num_runs())) {}
 
 void SimulatedLearner::start() {
-  LearnerEffects unsent;
+  learner::Effects unsent;
   started_at_ = schedule_.now();
-  core_.step(schedule_.now(), learner_event::Started{}, unsent);
+  core_.step(schedule_.now(), learner::Started{}, unsent);
   const std::string damage = disk_.open([this](const JournalRecord& record) { recover(record); });
   observer_.require(damage.empty(), "its own journal cannot be read: " + damage);
-  observer_.require(core_.outcome() != LearnerCore::Outcome::kFailed,
+  observer_.require(core_.outcome() != learner::LearnerCore::Outcome::kFailed,
                     "its own journal is refused: " + core_.failure());
   disk_.append(JournalStart{kAlgorithmVersion, ContentHash{}, id_});
   disk_.sync();
   check_counters();
-  step(learner_event::Timer{});
+  step(learner::RecoveryFinished{});
+  step(learner::TimerFired{});
 }
 
 void SimulatedLearner::recover(const JournalRecord& record) {
-  if (core_.outcome() == LearnerCore::Outcome::kFailed) return;
-  LearnerEffects unsent;
+  if (core_.outcome() == learner::LearnerCore::Outcome::kFailed) return;
+  learner::Effects unsent;
   if (const auto* result = std::get_if<AcceptedResult>(&record)) {
     note_answered(result->key);
     synced_.insert(result->key);
-    core_.step(schedule_.now(), learner_event::Recovered{result}, unsent);
+    core_.step(schedule_.now(), learner::ResultRecovered{*result}, unsent);
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
     learnt_before_ = time->elapsed;
     note_time(*time);
-    core_.step(schedule_.now(), learner_event::TimeRecovered{*time}, unsent);
+    core_.step(schedule_.now(), learner::TimeRecovered{*time}, unsent);
   }
 }
 
 void SimulatedLearner::stop() {
-  later(Duration{}, [this] { step(learner_event::StopRequested{}); });
+  later(Duration{}, [this] { step(learner::StopRequested{}); });
 }
 
 void SimulatedLearner::on_inbox(std::vector<MessagePointer> messages) {
   for (const MessagePointer& message : messages) {
-    take(learner_event::Received{message.get()});
+    take(learner::MessageReceived{*message});
     hear(*message);
   }
-  step(learner_event::InboxDrained{});
+  step(learner::InboxDrained{});
 }
 
 void SimulatedLearner::on_timer() {
-  step(learner_event::Timer{});
+  step(learner::TimerFired{});
   check_leases_of_the_silent();
 }
 
-void SimulatedLearner::step(const LearnerEvent& event) {
+void SimulatedLearner::step(const learner::Event& event) {
   take(event);
   if (dead_ || ended_) return;
-  if (core_.outcome() == LearnerCore::Outcome::kRunning) return wake_at(core_.next_deadline());
-  observer_.require(core_.outcome() != LearnerCore::Outcome::kFailed,
+  if (core_.outcome() == learner::LearnerCore::Outcome::kRunning)
+    return wake_at(core_.next_deadline());
+  observer_.require(core_.outcome() != learner::LearnerCore::Outcome::kFailed,
                     "the learner fails: " + core_.failure());
   if (disk_.has_unsynced()) return;  // sync() comes
   disk_.append(JournalSeal{});
@@ -99,20 +101,25 @@ void SimulatedLearner::step(const LearnerEvent& event) {
   surroundings_.ended();
 }
 
-void SimulatedLearner::take(const LearnerEvent& event) {
+void SimulatedLearner::take(const learner::Event& event) {
   if (dead_) return;
-  LearnerEffects effects;
+  learner::Effects effects;
   core_.step(schedule_.now(), event, effects);
   do_all(effects);
   if (!dead_) check_counters();
 }
 
-void SimulatedLearner::do_all(const LearnerEffects& effects) {
-  const std::size_t num_records = effects.accepted.size() + (effects.time ? 1 : 0);
-  const int count = static_cast<int>(2 * num_records + effects.send.size());
+void SimulatedLearner::do_all(const learner::Effects& effects) {
+  int count = 0;
+  for (const learner::Effect& effect : effects) {
+    if (std::holds_alternative<learner::SendMessage>(effect)) count += 1;
+    const bool is_record = std::holds_alternative<learner::AppendResult>(effect) ||
+                           std::holds_alternative<learner::AppendTime>(effect);
+    if (is_record) count += 2;
+  }
   effects_until_crash_ = crash_is_due_ && count > 0 ? dice_.between(0, count) : -1;
   try {
-    carry_out(effects, *this);
+    learner::carry_out(effects, *this);
     if (effects_until_crash_ >= 0) crash();
   } catch (const Crashed&) {
     crash();
@@ -184,7 +191,7 @@ void SimulatedLearner::sync() {
   disk_.sync();
   synced_.insert(unsynced_.begin(), unsynced_.end());
   unsynced_.clear();
-  step(learner_event::Synced{});
+  step(learner::JournalSynced{});
 }
 
 void SimulatedLearner::send(const protocol::Message& message) {
@@ -219,7 +226,7 @@ void SimulatedLearner::note_time(const LearningTime& time) {
 void SimulatedLearner::check_ends(protocol::RolloutKey key) {
   const auto run = static_cast<std::size_t>(key.run);
   const ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
-  if (key.number == Run::kEvaluation) {
+  if (key.number == learner::Run::kEvaluation) {
     observer_.require(ends_ || num_applied_[run] == exploration.num_rollouts,
                       "a run is evaluated that has not ended");
   } else if (ends_) {
@@ -287,7 +294,7 @@ void SimulatedLearner::check_counters() {
 }
 
 void SimulatedLearner::hear(const protocol::Message& message) {
-  if (dead_ || core_.outcome() != LearnerCore::Outcome::kRunning) return;
+  if (dead_ || core_.outcome() != learner::LearnerCore::Outcome::kRunning) return;
   if (const auto* status = std::get_if<protocol::WorkerStatus>(&message)) {
     heard_[status->worker_id].time = schedule_.now();
     check_lost_requests(*status);
@@ -312,7 +319,7 @@ void SimulatedLearner::check_lost_requests(const protocol::WorkerStatus& status)
   if (held == status.held.end()) return;
   if (held->last_index > heard_[status.worker_id].last_result) return;
   for (const protocol::RolloutKey key : open_) {
-    const Ledger::Entry* entry = core_.ledger().find(key);
+    const learner::Ledger::Entry* entry = core_.ledger().find(key);
     const bool stays = entry && entry->lease && entry->lease->worker == status.worker_id &&
                        entry->lease->batch <= held->last_batch;
     observer_.require(
@@ -322,12 +329,13 @@ void SimulatedLearner::check_lost_requests(const protocol::WorkerStatus& status)
 }
 
 void SimulatedLearner::check_leases_of_the_silent() {
-  if (dead_ || core_.outcome() != LearnerCore::Outcome::kRunning) return;
+  if (dead_ || core_.outcome() != learner::LearnerCore::Outcome::kRunning) return;
   for (const protocol::RolloutKey key : open_) {
-    const Ledger::Entry* entry = core_.ledger().find(key);
+    const learner::Ledger::Entry* entry = core_.ledger().find(key);
     if (!entry || !entry->lease) continue;
-    observer_.require(heard_[entry->lease->worker].time + WorkerTable::kSilence > schedule_.now(),
-                      "a roll-out stays leased to a worker that has left");
+    observer_.require(
+        heard_[entry->lease->worker].time + learner::WorkerTable::kSilence > schedule_.now(),
+        "a roll-out stays leased to a worker that has left");
   }
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "learner/core/carry_out.h"
+#include "learner/core/learner_core.h"
 #include "tests/simulation/dice.h"
 #include "tests/simulation/disk.h"
 #include "tests/simulation/node.h"
@@ -17,7 +18,7 @@ namespace treeroll::simulation {
 
 /// One incarnation of a learner daemon: the shipped core, its effects carried out by the shipped
 /// code upon a virtual disk and network. Checks the rules that hold at every step.
-class SimulatedLearner : public Node, private EffectHandler {
+class SimulatedLearner : public Node, private learner::EffectHandler {
  public:
   struct Surroundings {
     std::function<void(MessagePointer)> send;
@@ -34,7 +35,7 @@ class SimulatedLearner : public Node, private EffectHandler {
   /// SIGKILL in the midst of the next effects: some are carried out, the others are not.
   void crash_at_next_effect() { crash_is_due_ = true; }
 
-  const LearnerCore& core() const { return core_; }
+  const learner::LearnerCore& core() const { return core_; }
 
  private:
   struct Crashed {};
@@ -42,9 +43,9 @@ class SimulatedLearner : public Node, private EffectHandler {
   void on_inbox(std::vector<MessagePointer> messages) override;
   void on_timer() override;
 
-  void step(const LearnerEvent& event);
-  void take(const LearnerEvent& event);
-  void do_all(const LearnerEffects& effects);
+  void step(const learner::Event& event);
+  void take(const learner::Event& event);
+  void do_all(const learner::Effects& effects);
   void crash_if_due();
   void crash();
   void sync();
@@ -89,7 +90,7 @@ class SimulatedLearner : public Node, private EffectHandler {
   Dice dice_;
   protocol::LearnerId id_;
   VirtualTask task_;
-  LearnerCore core_;
+  learner::LearnerCore core_;
   bool crash_is_due_ = false;
   int effects_until_crash_ = -1;  ///< below 0: none
   bool dead_ = false;

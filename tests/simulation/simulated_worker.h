@@ -61,7 +61,7 @@ class SimulatedWorker : public Node {
   void perform(const worker::ForgetDefinition& effect);
   void perform(const worker::RunRollout& effect);
   void perform(const worker::AskCpuTime& effect);
-  void perform(const worker::WriteLog&) {}
+  void perform(const LogLine&) {}
   void perform(const worker::Exit& effect);
 
   void check_room(const protocol::WorkerStatus& status);

@@ -126,7 +126,8 @@ void Simulation::restart_learner(int index) {
 void Simulation::learner_ended(int index) {
   LearnerSlot& slot = learners_[static_cast<std::size_t>(index)];
   if (!slot.process) return;
-  if (slot.process->core().outcome() != LearnerCore::Outcome::kDone) return restart_learner(index);
+  if (slot.process->core().outcome() != learner::LearnerCore::Outcome::kDone)
+    return restart_learner(index);
   check_outcome(index);
   slot.process.reset();
   ++num_done_;

@@ -36,7 +36,7 @@ RolloutStatus VirtualTask::status(protocol::RolloutKey key) const {
 }
 
 double VirtualTask::reward(protocol::RolloutKey key, const std::vector<double>& theta) const {
-  return status(key) == RolloutStatus::kOk ? bump(theta) : 0;
+  return status(key) == RolloutStatus::kOk ? learner::bump(theta) : 0;
 }
 
 }  // namespace treeroll::simulation

@@ -35,22 +35,22 @@ class Tasks {
 };
 
 RunRecord learn(const Study& study, int index, Tasks& tasks) {
-  Run run(study, index);
+  learner::Run run(study, index);
   Task& task = tasks.get(study.conditions[run.condition()].task_content);
-  std::deque<Run::Wanted> wanted;
+  std::deque<Draw> draws;
   while (!run.done()) {
-    for (Run::Wanted& more : run.take_wanted()) wanted.push_back(std::move(more));
-    CHECK(!wanted.empty(), "a run that is not done wants nothing");
-    const Run::Wanted next = std::move(wanted.front());
-    wanted.pop_front();
+    for (Draw& more : run.take_draws()) draws.push_back(std::move(more));
+    CHECK(!draws.empty(), "a run that is not done wants nothing");
+    const Draw next = std::move(draws.front());
+    draws.pop_front();
     const auto seed = static_cast<std::uint64_t>(
         RandomStream(study.seed, static_cast<std::uint32_t>(run.repetition()),
-                     static_cast<std::uint32_t>(next.number), RandomPurpose::kTaskSeed)
+                     static_cast<std::uint32_t>(next.rollout), RandomPurpose::kTaskSeed)
             .next_bits());
     const std::unique_ptr<Controller> controller =
         run.exploration().policy(next.layer).with(next.theta)->controller();
     const Evaluation evaluation = task.evaluate(*controller, seed);
-    run.accept(next.number, evaluation.reward, evaluation.status, 0);
+    run.accept(next.rollout, evaluation.reward, evaluation.status, 0);
   }
   return run.record();
 }

@@ -104,8 +104,8 @@ TEST(WorkerEvaluatorsTest, OnesThatDieAllDayAreALineAMinute) {
     stage.die(0, Death::kExited, 1);
     stage.pass(5s);
   }
-  EXPECT_LE(stage.effects<WriteLog>().size(), LogLimiter::kLinesMax + 24U * 60);
-  EXPECT_THAT(stage.effects<WriteLog>().back().text,
+  EXPECT_LE(stage.effects<LogLine>().size(), LogLimiter::kLinesMax + 24U * 60);
+  EXPECT_THAT(stage.effects<LogLine>().back().text,
               testing::HasSubstr("evaluators that end: 12 more in the last 60 s"));
 }
 

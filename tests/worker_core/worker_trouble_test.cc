@@ -90,6 +90,31 @@ TEST(WorkerTroubleTest, EvaluatorsThatLoadAndAreKilledAtTheirRolloutCountAsTroub
   EXPECT_EQ(stage.status().num_failed, 0);
 }
 
+TEST(WorkerTroubleTest, WhatIsGivenUpInTroubleIsTakenFromWhoWasKilledButHasNotEndedYet) {
+  Stage stage(2);
+  stage.define();
+  stage.die(1, Death::kForeignSignal);
+  stage.evaluators_start = false;
+  stage.die(1, Death::kForeignSignal);
+  stage.evaluators_start = true;
+  stage.die(0, Death::kForeignSignal);
+  stage.evaluators_start = false;
+  stage.die(0, Death::kForeignSignal);
+  stage.step(EvaluatorReady{0});
+  stage.pass(10ms);
+  stage.step(EvaluatorReady{0});
+  stage.ask({stage.request(1)});
+  ASSERT_EQ(stage.running(0).key.number, 1);
+  stage.cpu_time = 1h;
+  stage.pass(3s);
+  ASSERT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
+  stage.die(1, Death::kForeignSignal);
+  EXPECT_THAT(held(stage.status()), IsEmpty());
+  stage.die(0, Death::kForeignSignal);
+  EXPECT_THAT(held(stage.status()), IsEmpty());
+  EXPECT_EQ(stage.status().num_failed, 0);
+}
+
 TEST(WorkerTroubleTest, GivesUpARolloutUnderWhichThreeHaveBeenKilledAndKeepsTheOthers) {
   Stage stage(8);
   stage.define();

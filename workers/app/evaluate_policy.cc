@@ -1,10 +1,7 @@
 #include "workers/app/evaluate_policy.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <sys/time.h>
 
-#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -14,6 +11,8 @@
 #include "common/policy/kinds/standard_policies.h"
 #include "workers/app/checked_evaluation.h"
 #include "workers/app/json_answer.h"
+#include "workers/app/json_request.h"
+#include "workers/app/process_limits.h"
 #include "workers/app/task_content.h"
 #include "workers/tasks/trace.h"
 
@@ -24,8 +23,6 @@ using nlohmann::json;
 
 /// A task and a policy of 1 MiB each, and what JSON adds to a text within a text.
 constexpr std::size_t kRequestBytesMax = std::size_t{4} << 20U;
-/// Settings of a study go to a depth of 32; what follows the nesting later does so by recursion.
-constexpr int kNestingMax = 64;
 
 struct Request {
   std::string task;  ///< content of a task definition
@@ -35,7 +32,8 @@ struct Request {
 };
 
 Request read_request() {
-  Result<json> parsed = parse_json(read_standard_input("request", kRequestBytesMax), kNestingMax);
+  Result<json> parsed =
+      parse_json(read_standard_input("request", kRequestBytesMax), kRequestNestingMax);
   if (!parsed) throw ConfigError("request", "", parsed.error().message);
   json& value = *parsed;
   if (!value.is_object() || !value.contains("task")) {
@@ -67,19 +65,6 @@ PolicyPtr read_policy(const std::string& text, const TaskDescription& task) {
                     policy.input_dim(), policy.output_dim(), task.input_dim, task.output_dim));
   }
   return *read;
-}
-
-/// The kernel ends this process once it has used `limit_s` more of processor time. Core dumps are
-/// off: a task that hangs is no bug of ours.
-void limit_cpu_time(double limit_s) {
-  const rlimit no_core{0, 0};
-  setrlimit(RLIMIT_CORE, &no_core);
-  rusage used{};
-  getrusage(RUSAGE_SELF, &used);
-  const double used_s = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1;
-  const auto seconds = static_cast<rlim_t>(std::ceil(used_s + limit_s));
-  const rlimit cpu{seconds, seconds + 1};
-  setrlimit(RLIMIT_CPU, &cpu);
 }
 
 json to_json(const Trace& trace) {
@@ -114,6 +99,7 @@ int evaluate_policy(const TaskRegistry& registry) {
     const TaskDescription description = task->description();
     const std::unique_ptr<Controller> controller =
         read_policy(request.policy, description)->controller();
+    turn_off_core_dumps();
     limit_cpu_time(description.time_limit_s);
     Trace trace;
     const CheckedEvaluation done = evaluate_checked(*task, description, *controller, request.seed,

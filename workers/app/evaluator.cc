@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,7 +13,9 @@
 
 #include "common/protocol/limits.h"
 #include "workers/app/checked_evaluation.h"
+#include "workers/app/definition_facts.h"
 #include "workers/app/packet.h"
+#include "workers/app/process_limits.h"
 #include "workers/app/task_content.h"
 
 namespace treeroll::worker {
@@ -73,14 +74,9 @@ std::string Evaluator::load_task(const ContentHash& id, const std::string& conte
 }
 
 std::string Evaluator::load_policy(const ContentHash& id, const std::string& content) {
-  Result<PolicyPtr> read = kinds_.from_json(content);
-  if (!read) throw std::runtime_error(read.error().message);
-  const Policy& policy = **read;
-  const json facts{{"input_dim", policy.input_dim()},
-                   {"output_dim", policy.output_dim()},
-                   {"theta_dim", policy.theta_dim()}};
-  policies_.emplace(id, *std::move(read));
-  return facts.dump();
+  Result<PolicyPtr> policy = kinds_.from_json(content);
+  if (!policy) throw std::runtime_error(policy.error().message);
+  return facts_text(*policies_.emplace(id, *std::move(policy)).first->second);
 }
 
 Evaluation Evaluator::evaluate(const protocol::RolloutRequest& request) {
@@ -130,8 +126,7 @@ protocol::RewardBatch Evaluator::answer(const protocol::RolloutBatch& batch) {
 int run_evaluator(const TaskRegistry& registry, int socket, int parent_pid) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent_pid) return 1;  // it ended before the line above
-  const rlimit no_core{0, 0};
-  setrlimit(RLIMIT_CORE, &no_core);
+  turn_off_core_dumps();
   // A terminal's Ctrl-C and a service manager's stop reach the whole group; the daemon drains.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);

@@ -1,7 +1,6 @@
 #include "workers/app/json_answer.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -13,13 +12,8 @@
 #include "common/base/config_error.h"
 
 namespace treeroll::worker {
-namespace {
 
 using nlohmann::json;
-
-constexpr std::size_t kShownBytesMax = 200;
-
-}  // namespace
 
 JsonAnswer::JsonAnswer() : standard_output_(fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3)) {
   if (standard_output_ < 0 || dup2(STDERR_FILENO, STDOUT_FILENO) < 0) {
@@ -50,17 +44,6 @@ int JsonAnswer::refuse(const ConfigError& error) const {
   const json details{{"key", error.key()}, {"value", error.value()}, {"rule", error.rule()}};
   static_cast<void>(give({{"error", details}}));
   return 2;
-}
-
-std::string read_standard_input(const std::string& key, std::size_t bytes_max) {
-  std::string content(bytes_max + 1, '\0');
-  std::cin.read(content.data(), static_cast<std::streamsize>(content.size()));
-  content.resize(static_cast<std::size_t>(std::cin.gcount()));
-  if (content.size() > bytes_max) {
-    throw ConfigError(key, content.substr(0, kShownBytesMax),
-                      fmt::format("must be at most {} bytes long", bytes_max));
-  }
-  return content;
 }
 
 }  // namespace treeroll::worker

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
-#include <string>
 
 namespace treeroll {
 class ConfigError;
@@ -30,8 +28,5 @@ class JsonAnswer {
  private:
   int standard_output_ = -1;
 };
-
-/// All of standard input. Throws ConfigError about `key` if it is longer than bytes_max.
-std::string read_standard_input(const std::string& key, std::size_t bytes_max);
 
 }  // namespace treeroll::worker

@@ -1,12 +1,12 @@
 #include "workers/app/task_content.h"
 
-#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
 #include "common/base/json_text.h"
 #include "workers/app/json_answer.h"
+#include "workers/app/json_request.h"
 
 namespace treeroll::worker {
 namespace {
@@ -14,9 +14,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kInputBytesMax = 1U << 20U;
-constexpr std::size_t kShownBytesMax = 200;
-/// Settings of a study go to a depth of 32; what follows the nesting later does so by recursion.
-constexpr int kNestingMax = 64;
 
 void check(const TaskDescription& description, const std::string& name) {
   const auto require = [&](bool condition, const char* rule) {
@@ -33,12 +30,12 @@ void check(const TaskDescription& description, const std::string& name) {
 }
 
 json parse(const std::string& content) {
-  Result<json> parsed = parse_json(content, kNestingMax);
-  if (!parsed) throw ConfigError("task", content.substr(0, kShownBytesMax), parsed.error().message);
+  Result<json> parsed = parse_json(content, kRequestNestingMax);
+  if (!parsed) throw ConfigError("task", shown(content), parsed.error().message);
   json value = std::move(*parsed);
   if (!value.is_object() || value.size() != 2 || !value.contains("name") ||
       !value.contains("settings")) {
-    throw ConfigError("task", content.substr(0, kShownBytesMax),
+    throw ConfigError("task", shown(content),
                       R"(must be a JSON object {"name": ..., "settings": {...}})");
   }
   if (!value["name"].is_string()) {

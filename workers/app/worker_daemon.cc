@@ -2,19 +2,15 @@
 
 #include <spdlog/spdlog.h>
 
-#include <cmath>
 #include <csignal>
-#include <nlohmann/json.hpp>
 #include <utility>
 #include <variant>
 
-#include "common/base/json_text.h"
+#include "workers/app/definition_facts.h"
 #include "workers/app/packet.h"
 
 namespace treeroll::worker {
 namespace {
-
-using nlohmann::json;
 
 Death cause_of(const ChildEnd& end) {
   if (end.exited) return Death::kExited;
@@ -24,29 +20,9 @@ Death cause_of(const ChildEnd& end) {
   return Death::kForeignSignal;
 }
 
-/// What an evaluator says of a definition it has built. A user's code runs in there, so nothing
-/// is taken for granted: empty if a number is missing or out of its range.
-std::optional<DefinitionFacts> read_facts(DefinitionKind kind, const std::string& text) {
-  constexpr int kNestingMax = 2;
-  const Result<json> parsed = parse_json(text, kNestingMax);
-  const json value = parsed ? *parsed : json();
-  const auto integer = [&](const char* key, int& number) {
-    if (!value.is_object() || !value.contains(key) || !value[key].is_number_integer()) return false;
-    number = value[key].get<int>();
-    return number >= 1;
-  };
-  DefinitionFacts facts;
-  if (!integer("input_dim", facts.input_dim) || !integer("output_dim", facts.output_dim)) {
-    return std::nullopt;
-  }
-  if (kind == DefinitionKind::kPolicy) {
-    return integer("theta_dim", facts.theta_dim) ? std::optional(facts) : std::nullopt;
-  }
-  if (!value.contains("time_limit_s") || !value["time_limit_s"].is_number()) return std::nullopt;
-  const double time_limit_s = value["time_limit_s"].get<double>();
-  if (!(time_limit_s > 0 && time_limit_s <= 1e6)) return std::nullopt;
-  facts.time_limit = std::chrono::nanoseconds(std::llround(time_limit_s * 1e9));
-  return facts;
+protocol::Message definition(const DefinitionName& name, const std::string& content) {
+  if (name.kind == DefinitionKind::kTask) return protocol::TaskDefinition{0, name.id, content};
+  return protocol::PolicyDefinition{0, name.id, content};
 }
 
 }  // namespace
@@ -73,7 +49,7 @@ Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
 
 WorkerDaemon::~WorkerDaemon() {
   for (Slot& slot : slots_) {
-    if (slot.watched) loop_.forget(slot.process->socket());
+    unwatch(slot);
     if (slot.process) slot.process->kill();  // all first, then each is waited for
   }
 }
@@ -129,7 +105,7 @@ void WorkerDaemon::perform(const SendMessage& effect) {
 }
 
 void WorkerDaemon::perform(const StartEvaluator& effect) {
-  Slot& slot = slots_[static_cast<std::size_t>(effect.evaluator)];
+  Slot& slot = slot_of(effect.evaluator);
   Result<EvaluatorProcess> process = EvaluatorProcess::start();
   if (!process) {
     spdlog::error("{}", process.error().message);
@@ -143,45 +119,44 @@ void WorkerDaemon::perform(const StartEvaluator& effect) {
 }
 
 void WorkerDaemon::perform(const KillEvaluator& effect) {
-  const Slot& slot = slots_[static_cast<std::size_t>(effect.evaluator)];
+  const Slot& slot = slot_of(effect.evaluator);
   if (slot.process) slot.process->kill();
 }
 
 void WorkerDaemon::perform(const LoadDefinition& effect) {
-  Slot& slot = slots_[static_cast<std::size_t>(effect.evaluator)];
+  Slot& slot = slot_of(effect.evaluator);
   if (!slot.process) return;
   slot.loading = effect.name;
   slot.process->restart_cpu_time();
-  if (effect.name.kind == DefinitionKind::kTask) {
-    give(effect.evaluator, protocol::TaskDefinition{0, effect.name.id, effect.content});
-  } else {
-    give(effect.evaluator, protocol::PolicyDefinition{0, effect.name.id, effect.content});
-  }
+  give(effect.evaluator, definition(effect.name, effect.content));
 }
 
 void WorkerDaemon::perform(const ForgetDefinition& effect) {
-  if (effect.name.kind == DefinitionKind::kTask) {
-    give(effect.evaluator, protocol::TaskDefinition{0, effect.name.id, ""});
-  } else {
-    give(effect.evaluator, protocol::PolicyDefinition{0, effect.name.id, ""});
-  }
+  give(effect.evaluator, definition(effect.name, ""));
 }
 
 void WorkerDaemon::perform(const RunRollout& effect) {
-  Slot& slot = slots_[static_cast<std::size_t>(effect.evaluator)];
+  Slot& slot = slot_of(effect.evaluator);
   if (!slot.process) return;
   slot.process->restart_cpu_time();
   give(effect.evaluator, protocol::RolloutBatch{0, effect.job, {effect.request}, {}});
 }
 
 void WorkerDaemon::perform(const AskCpuTime& effect) {
-  const Slot& slot = slots_[static_cast<std::size_t>(effect.evaluator)];
+  const Slot& slot = slot_of(effect.evaluator);
   if (!slot.process) return;
   post(CpuTimeMeasured{effect.evaluator, effect.job, slot.process->cpu_time()});
 }
 
-void WorkerDaemon::perform(const WriteLog& effect) {
-  spdlog::log(effect.warning ? spdlog::level::warn : spdlog::level::info, "{}", effect.text);
+void WorkerDaemon::perform(const LogLine& line) {
+  switch (line.level) {
+    case LogLine::Level::kInfo:
+      return spdlog::info("{}", line.text);
+    case LogLine::Level::kWarning:
+      return spdlog::warn("{}", line.text);
+    case LogLine::Level::kError:
+      return spdlog::error("{}", line.text);
+  }
 }
 
 void WorkerDaemon::perform(const Exit& effect) {
@@ -192,7 +167,7 @@ void WorkerDaemon::perform(const Exit& effect) {
 /// Never waits: an evaluator reads whatever it is given before it is given more. One that does
 /// not is not working.
 void WorkerDaemon::give(int evaluator, const protocol::Message& message) {
-  const Slot& slot = slots_[static_cast<std::size_t>(evaluator)];
+  const Slot& slot = slot_of(evaluator);
   if (!slot.process) return;
   const SendOutcome outcome = send_packet(slot.process->socket(), message, false);
   if (outcome == SendOutcome::kSent) return;
@@ -201,7 +176,7 @@ void WorkerDaemon::give(int evaluator, const protocol::Message& message) {
 }
 
 void WorkerDaemon::read(int evaluator) {
-  Slot& slot = slots_[static_cast<std::size_t>(evaluator)];
+  Slot& slot = slot_of(evaluator);
   while (slot.process) {
     const Received received = receive_packet(slot.process->socket(), false);
     if (received.message) {
@@ -210,8 +185,7 @@ void WorkerDaemon::read(int evaluator) {
     }
     if (received.closed || received.malformed) {
       if (received.malformed) spdlog::error("evaluator {} sends what is no message", evaluator);
-      if (slot.watched) loop_.forget(slot.process->socket());
-      slot.watched = false;
+      unwatch(slot);
       slot.process->kill();  // whether it is ending already or only closed its socket
     }
     return;
@@ -219,7 +193,7 @@ void WorkerDaemon::read(int evaluator) {
 }
 
 void WorkerDaemon::understand(int evaluator, const protocol::Message& message) {
-  Slot& slot = slots_[static_cast<std::size_t>(evaluator)];
+  Slot& slot = slot_of(evaluator);
   if (std::holds_alternative<protocol::WorkerStatus>(message)) {
     post(EvaluatorReady{evaluator});
   } else if (const auto* report = std::get_if<protocol::DefinitionReport>(&message)) {
@@ -241,6 +215,11 @@ void WorkerDaemon::understand(int evaluator, const protocol::Message& message) {
   }
 }
 
+void WorkerDaemon::unwatch(Slot& slot) {
+  if (slot.watched) loop_.forget(slot.process->socket());
+  slot.watched = false;
+}
+
 /// Signals merge, so every evaluator is looked at; only our own are waited for.
 void WorkerDaemon::collect_ended() {
   for (std::size_t i = 0; i < slots_.size(); ++i) {
@@ -249,8 +228,7 @@ void WorkerDaemon::collect_ended() {
     const std::optional<ChildEnd> end = slot.process->collect();
     if (!end) continue;
     read(static_cast<int>(i));  // what it had still sent
-    if (slot.watched) loop_.forget(slot.process->socket());
-    slot.watched = false;
+    unwatch(slot);
     slot.process.reset();
     post(EvaluatorDied{static_cast<int>(i), cause_of(*end), end->code});
   }

@@ -28,6 +28,13 @@ class WorkerDaemon {
   int run();
 
  private:
+  /// An evaluator's place.
+  struct Slot {
+    std::optional<EvaluatorProcess> process;
+    bool watched = false;
+    std::optional<DefinitionName> loading;  ///< what its next report is about
+  };
+
   WorkerDaemon() = default;
 
   void post(Event event);
@@ -41,9 +48,11 @@ class WorkerDaemon {
   void perform(const ForgetDefinition& effect);
   void perform(const RunRollout& effect);
   void perform(const AskCpuTime& effect);
-  void perform(const WriteLog& effect);
+  void perform(const LogLine& line);
   void perform(const Exit& effect);
 
+  Slot& slot_of(int evaluator) { return slots_.at(static_cast<std::size_t>(evaluator)); }
+  void unwatch(Slot& slot);
   void give(int evaluator, const protocol::Message& message);
   void read(int evaluator);
   void understand(int evaluator, const protocol::Message& message);
@@ -53,11 +62,6 @@ class WorkerDaemon {
   transport::Loop loop_;
   std::unique_ptr<transport::Bus> bus_;
   std::optional<WorkerCore> core_;
-  struct Slot {
-    std::optional<EvaluatorProcess> process;
-    bool watched = false;
-    std::optional<DefinitionName> loading;  ///< what its next report is about
-  };
   std::vector<Slot> slots_;
   std::deque<Event> events_;
   bool working_ = false;

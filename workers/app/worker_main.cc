@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <iostream>
 #include <thread>
@@ -18,7 +19,7 @@
 #include "workers/app/task_content.h"
 #include "workers/app/worker_daemon.h"
 
-namespace treeroll {
+namespace treeroll::worker {
 namespace {
 
 struct Options {
@@ -54,15 +55,15 @@ void log_to_standard_error() {
 }
 
 int serve(const Options& options) {
-  worker::WorkerSettings settings;
+  WorkerSettings settings;
   settings.num_evaluators = read_processes(options.processes);
-  settings.worker_id = worker::random_id();
-  settings.host = worker::host_name();
+  settings.worker_id = random_id();
+  settings.host = host_name();
   settings.pid = getpid();
   settings.version = TREEROLL_VERSION;
-  settings.numeric_class = worker::numeric_class();
+  settings.numeric_class = numeric_class();
   const std::string url = transport::resolve_url(options.lcm_url);
-  auto daemon = worker::WorkerDaemon::open(url, settings);
+  auto daemon = WorkerDaemon::open(url, settings);
   if (!daemon) {
     spdlog::error("{}", daemon.error().message);
     return 2;
@@ -75,10 +76,13 @@ int serve(const Options& options) {
 }
 
 }  // namespace
+}  // namespace treeroll::worker
+
+namespace treeroll {
 
 int worker_main(int argc, char** argv, const TaskRegistry& registry) {
-  log_to_standard_error();
-  Options options;
+  worker::log_to_standard_error();
+  worker::Options options;
   CLI::App app("Evaluates roll-outs for the learners on an LCM network.", "treeroll-worker");
   app.set_version_flag("--version", std::string("treeroll-worker ") + TREEROLL_VERSION);
   app.add_option("--processes", options.processes,
@@ -107,7 +111,7 @@ int worker_main(int argc, char** argv, const TaskRegistry& registry) {
     }
     if (options.evaluate) return worker::evaluate_policy(registry);
     if (options.describe_task) return worker::describe_task(registry);
-    return serve(options);
+    return worker::serve(options);
   } catch (const ConfigError& error) {
     std::cerr << "treeroll-worker: " << error.what() << "\n";
     return 2;

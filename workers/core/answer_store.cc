@@ -17,7 +17,7 @@ AnswerStore::AnswerStore(std::size_t num_answers_max) : num_answers_max_(num_ans
 }
 
 void AnswerStore::add(protocol::LearnerId learner, const protocol::RolloutResult& result) {
-  const Question question{learner, result.key, result.content};
+  const QuestionKey question{learner, result.key, result.content};
   const auto [place, is_new] = answers_.try_emplace(question, Answer{.result = result});
   CHECK(is_new, "a question answered twice");
   append(question, place->second);
@@ -26,7 +26,7 @@ void AnswerStore::add(protocol::LearnerId learner, const protocol::RolloutResult
 
 bool AnswerStore::repeat(protocol::LearnerId learner, const protocol::RolloutKey& key,
                          std::int64_t content, std::int32_t attempt) {
-  const Question question{learner, key, content};
+  const QuestionKey question{learner, key, content};
   const auto found = answers_.find(question);
   if (found == answers_.end()) return false;
   Answer& answer = found->second;
@@ -81,7 +81,7 @@ std::vector<protocol::RolloutResult> AnswerStore::unacknowledged(protocol::Learn
 void AnswerStore::forget(protocol::LearnerId learner) {
   const std::int64_t index = last_index(learner);
   const auto first = answers_.lower_bound(
-      Question{learner, protocol::RolloutKey{INT32_MIN, INT32_MIN}, INT64_MIN});
+      QuestionKey{learner, protocol::RolloutKey{INT32_MIN, INT32_MIN}, INT64_MIN});
   auto last = first;
   for (; last != answers_.end() && std::get<0>(last->first) == learner; ++last) {
     const Answer& answer = last->second;
@@ -93,7 +93,7 @@ void AnswerStore::forget(protocol::LearnerId learner) {
   if (forgotten_.size() > kForgottenMax) forgotten_.erase(forgotten_.begin());
 }
 
-void AnswerStore::append(const Question& question, Answer& answer) {
+void AnswerStore::append(const QuestionKey& question, Answer& answer) {
   const protocol::LearnerId learner = std::get<0>(question);
   const std::int64_t before = last_index(learner);
   Row& row = rows_[learner];
@@ -109,7 +109,7 @@ void AnswerStore::append(const Question& question, Answer& answer) {
 void AnswerStore::evict() {
   while (answers_.size() > num_answers_max_) {
     auto& ages = acknowledged_by_age_.empty() ? pending_by_age_ : acknowledged_by_age_;
-    const Question question = ages.begin()->second;
+    const QuestionKey question = ages.begin()->second;
     const Answer& answer = answers_.at(question);
     // The oldest of all is the oldest of its row too, so the row stays without gaps.
     if (!answer.acknowledged) rows_.at(std::get<0>(question)).pending.erase(answer.index);

@@ -45,7 +45,7 @@ class AnswerStore {
   std::size_t size() const { return answers_.size(); }
 
  private:
-  using Question = std::tuple<protocol::LearnerId, protocol::RolloutKey, std::int64_t>;
+  using QuestionKey = std::tuple<protocol::LearnerId, protocol::RolloutKey, std::int64_t>;
   struct Answer {
     protocol::RolloutResult result;
     std::int64_t index = 0;
@@ -54,17 +54,17 @@ class AnswerStore {
   };
   struct Row {
     std::int64_t last_index = 0;
-    std::map<std::int64_t, Question> pending;  // by index, without gaps
+    std::map<std::int64_t, QuestionKey> pending;  // by index, without gaps
   };
 
-  void append(const Question& question, Answer& answer);
+  void append(const QuestionKey& question, Answer& answer);
   void evict();
 
   std::size_t num_answers_max_;
   std::int64_t next_age_ = 0;
-  std::map<Question, Answer> answers_;
-  std::map<std::int64_t, Question> pending_by_age_;
-  std::map<std::int64_t, Question> acknowledged_by_age_;
+  std::map<QuestionKey, Answer> answers_;
+  std::map<std::int64_t, QuestionKey> pending_by_age_;
+  std::map<std::int64_t, QuestionKey> acknowledged_by_age_;
   std::map<protocol::LearnerId, Row> rows_;
   std::map<protocol::LearnerId, std::int64_t> forgotten_;  // last index
 };

@@ -76,4 +76,12 @@ std::vector<RolloutName> RolloutQueue::of_learner(protocol::LearnerId learner) c
   return names;
 }
 
+std::set<ContentHash> RolloutQueue::definitions(DefinitionKind kind) const {
+  std::set<ContentHash> ids;
+  for (const auto& [name, held] : held_) {
+    ids.insert(kind == DefinitionKind::kTask ? held.request.task_id : held.request.policy_id);
+  }
+  return ids;
+}
+
 }  // namespace treeroll::worker

@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
+#include "workers/core/worker_events.h"
 
 namespace treeroll::worker {
 
@@ -24,14 +26,19 @@ enum class RolloutState {
   kRunning,  ///< an evaluator has it
 };
 
+/// Evaluators that ended under a roll-out.
+struct Mishaps {
+  int num_strikes = 0;    ///< by its fault
+  int num_accidents = 0;  ///< by no fault of its own
+};
+
 struct HeldRollout {
   protocol::RolloutRequest request;
   std::int64_t sequence = 0;  ///< of the batch that asked last
   std::int64_t arrival = 0;
   TimePoint since;
   RolloutState state = RolloutState::kWaiting;
-  int num_strikes = 0;    ///< evaluators it has ended
-  int num_accidents = 0;  ///< evaluators that ended under it by no fault of its own
+  Mishaps mishaps{};
 };
 
 /// The roll-outs a worker holds. Ready ones are given out in turn between learners, and first
@@ -56,6 +63,8 @@ class RolloutQueue {
   /// All in one state; all of one learner.
   std::vector<RolloutName> in_state(RolloutState state) const;
   std::vector<RolloutName> of_learner(protocol::LearnerId learner) const;
+  /// Tasks or policies they need.
+  std::set<ContentHash> definitions(DefinitionKind kind) const;
 
  private:
   std::map<RolloutName, HeldRollout> held_;

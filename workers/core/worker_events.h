@@ -8,6 +8,7 @@
 
 #include "common/base/content_hash.h"
 #include "common/base/time.h"
+#include "common/base/turn.h"
 #include "common/protocol/messages.h"
 
 /// What a worker core is told, and what it wants done. Evaluators are numbered 0 .. N-1; a number
@@ -36,14 +37,8 @@ enum class Death {
   kForeignSignal,  ///< any other, such as SIGKILL from us, from a person or for lack of memory
 };
 
-// Events.
+// Events of the evaluators.
 
-/// First event of all, once.
-struct Started {};
-/// A RolloutBatch, TaskDefinition, PolicyDefinition or LearnerStatus; others are ignored.
-struct MessageReceived {
-  protocol::Message message;
-};
 struct EvaluatorReady {
   int evaluator = 0;
 };
@@ -75,15 +70,25 @@ struct EvaluatorDied {
   Death death = Death::kExited;
   int code = 0;  ///< exit status or number of the signal, for the log
 };
+using EvaluatorEvent = std::variant<EvaluatorReady, DefinitionLoaded, RolloutEvaluated,
+                                    CpuTimeMeasured, EvaluatorDied>;
+
+// Events.
+
+/// First event of all, once.
+struct Started {};
+/// A RolloutBatch, TaskDefinition, PolicyDefinition or LearnerStatus; others are ignored.
+struct MessageReceived {
+  protocol::Message message;
+};
 /// Nothing more to read for now: answers gathered in this turn are sent.
 struct InboxDrained {};
 struct TimerFired {};
 /// SIGTERM or SIGINT; the second one ends the worker at once.
 struct DrainRequested {};
 
-using Event =
-    std::variant<Started, MessageReceived, EvaluatorReady, DefinitionLoaded, RolloutEvaluated,
-                 CpuTimeMeasured, EvaluatorDied, InboxDrained, TimerFired, DrainRequested>;
+using Event = std::variant<Started, MessageReceived, EvaluatorEvent, InboxDrained, TimerFired,
+                           DrainRequested>;
 
 // Effects, to be carried out in their order.
 
@@ -119,17 +124,15 @@ struct AskCpuTime {
   int evaluator = 0;
   std::int64_t job = 0;
 };
-struct WriteLog {
-  bool warning = false;
-  std::string text;
-};
 /// Last effect of all.
 struct Exit {
   int status = 0;
 };
 
 using Effect = std::variant<SendMessage, StartEvaluator, KillEvaluator, LoadDefinition,
-                            ForgetDefinition, RunRollout, AskCpuTime, WriteLog, Exit>;
+                            ForgetDefinition, RunRollout, AskCpuTime, LogLine, Exit>;
 using Effects = std::vector<Effect>;
+
+using Turn = treeroll::Turn<Effect>;
 
 }  // namespace treeroll::worker

@@ -2,46 +2,49 @@
 # true while the fault of that name is at work, MEMORY an integer that is 0 before the first seed.
 # A fault may take several places.
 
-plant("deduplication off" learner/core/learner_core_answers.cc
-  [[if (!open) return compare_with_accepted(]]
-  [[if (!open && PLANTED && runs_[key.run].answer_of(key.number)) {
-    effects.accepted.push_back({key, result.content, result.reward, result.status, worker.id});
+plant("deduplication off" learner/core/workforce_answers.cc
+  [[if (!open) return compare_with_taken(]]
+  [[if (!open && PLANTED && client_.answer_of(key)) {
+    turn.effects.emplace_back(AppendResult{
+        {key, result.content, result.reward, result.status, worker.id}});
   }
-  if (!open) return compare_with_accepted(]])
-plant("deduplication off" learner/core/learner_core.cc
-  [[if (index <= worker->settled &&]]
-  [[if (!PLANTED && index <= worker->settled &&]])
+  if (!open) return compare_with_taken(]])
+plant("deduplication off" learner/core/workforce_answers.cc
+  [[if (index <= worker->highest_index_seen &&]]
+  [[if (!PLANTED && index <= worker->highest_index_seen &&]])
 
 plant("lease never expires" learner/core/dispatch.cc
   [[if (!worker.answer_time_s || rollout_time_s]]
   [[if (PLANTED) return kLeaseMax;
   if (!worker.answer_time_s || rollout_time_s]])
 
-plant("expiry fails the roll-out" learner/core/learner_core.cc
-  [[if (WorkerEntry* entry = workers_.find(worker)) entry->leases.erase(key);]]
-  [[if (WorkerEntry* entry = workers_.find(worker)) entry->leases.erase(key);
+plant("expiry fails the roll-out" learner/core/workforce.cc
+  [[ledger_.expire(turn.now);]]
+  [[for (const protocol::RolloutKey key : ledger_.expire(turn.now)) {
     if (!PLANTED) continue;
-    const std::int64_t content = ledger_.close(key).question.content;
-    effects.accepted.push_back({key, content, 0, RolloutStatus::kTimedOut, worker});
-    learn(effects.accepted.back(), 0, now, effects);]])
-
-plant("send before journal" learner/core/carry_out.cc
-  [[for (const AcceptedResult& result : effects.accepted)]]
-  [[for (const protocol::Message& message : effects.send) {
-    if (PLANTED) handler.send(message);
-  }
-  for (const AcceptedResult& result : effects.accepted)]])
-plant("send before journal" learner/core/carry_out.cc
-  [[effects.send) handler.send(message);]]
-  [[effects.send) {
-    if (!PLANTED) handler.send(message);
+    const Ledger::Entry entry = ledger_.close(key);
+    const AcceptedResult failed{key, entry.question.content, 0, RolloutStatus::kTimedOut,
+                                entry.last_worker};
+    turn.effects.emplace_back(AppendResult{failed});
+    client_.take(turn, failed, 0);
   }]])
 
-plant("apply before journal" learner/core/carry_out.cc
-  [[if (!effects.accepted.empty() || effects.time) handler]]
-  [[if (!PLANTED && (!effects.accepted.empty() || effects.time)) handler]])
+plant("send before journal" learner/core/carry_out.cc
+  [[bool appended = false;]]
+  [[for (const Effect& effect : effects) {
+    const auto* send = std::get_if<SendMessage>(&effect);
+    if (PLANTED && send) handler.send(send->message);
+  }
+  bool appended = false;]])
+plant("send before journal" learner/core/carry_out.cc
+  [[if (const auto* send = std::get_if<SendMessage>(&effect)) handler]]
+  [[if (const auto* send = std::get_if<SendMessage>(&effect); send && !PLANTED) handler]])
 
-plant("acknowledge before fdatasync" learner/core/learner_core.cc
+plant("apply before journal" learner/core/carry_out.cc
+  [[if (appended) handler]]
+  [[if (!PLANTED && appended) handler]])
+
+plant("acknowledge before fdatasync" learner/core/workforce_answers.cc
   [[if (num_unsynced_ == 0)]]
   [[if (PLANTED || num_unsynced_ == 0)]])
 
@@ -49,7 +52,7 @@ plant("a left layer's result learnt from" learner/explore/exploration.cc
   [[if (draw.layer == layer() && !stopped_)]]
   [[if ((draw.layer == layer() || (PLANTED && draw.theta.size() == mean().size())) && !stopped_)]])
 
-plant("another incarnation's answer accepted" learner/core/learner_core.cc
+plant("another incarnation's answer accepted" learner/core/workforce_answers.cc
   [[if (batch.learner_id != settings_.learner_id) return;]]
   [[if (!PLANTED && batch.learner_id != settings_.learner_id) return;]])
 
@@ -70,9 +73,9 @@ plant("answers applied by arrival in sequence order" learner/core/run.cc
   [[if (!study_->in_sequence)]]
   [[if (PLANTED || !study_->in_sequence)]])
 
-plant("draw counter lost at resume" learner/core/learner_core_answers.cc
-  [[ledger_.close(result.key);]]
-  [[ledger_.close(result.key);
+plant("draw counter lost at resume" learner/core/learner_core.cc
+  [[workforce_.withdraw(result.key);]]
+  [[workforce_.withdraw(result.key);
   if (PLANTED) ++MEMORY;]])
 plant("draw counter lost at resume" learner/explore/exploration.cc
   [[static_cast<std::uint32_t>(next_draw_)]]
@@ -113,49 +116,52 @@ plant("a record folded twice" learner/journal/journal_file.cc
   [[on_record(framed->record);
     if (PLANTED && tail.num_records % 32 == 31) on_record(framed->record);]])
 
-plant("a dead worker's leases kept" learner/core/learner_core.cc
-  [[for (const protocol::RolloutKey key : silent.leases) ledger_.take_back(key);]]
-  [[for (const protocol::RolloutKey key : silent.leases) {
-      if (!PLANTED) ledger_.take_back(key);
-    }]])
+plant("a dead worker's leases kept" learner/core/workforce.cc
+  [[ledger_.take_back_all(silent.id);]]
+  [[if (!PLANTED) ledger_.take_back_all(silent.id);]])
 
 plant("free slots over-counted" workers/core/worker_core_sending.cc
   [[return capacity - static_cast<int>(queue_.size());]]
   [[return capacity - static_cast<int>(queue_.size()) + (PLANTED && queue_.size() > 1 ? 1 : 0);]])
 
 plant("room without an evaluator" workers/core/worker_core_sending.cc
-  [[if (draining_ || !any_living()) return 0;]]
-  [[if (draining_ || (!any_living() && !PLANTED)) return 0;]])
+  [[if (draining_ || !evaluators_.any_living()) return 0;]]
+  [[if (draining_ || (!evaluators_.any_living() && !PLANTED)) return 0;]])
 
-plant("roll-outs kept while all evaluators die" workers/core/worker_core_evaluators.cc
-  [[if (!in_trouble) return;]]
-  [[if (!in_trouble || PLANTED) return;]])
+plant("roll-outs kept while all evaluators die" workers/core/worker_core.cc
+  [[if (!evaluators_.in_trouble()) return;]]
+  [[if (!evaluators_.in_trouble() || PLANTED) return;]])
 
-plant("a dead incarnation's heartbeat renews a lease" learner/core/learner_core.cc
+plant("a dead incarnation's heartbeat renews a lease" learner/core/workforce.cc
   [[return h.learner_id == settings_.learner_id;]]
   [[return PLANTED || h.learner_id == settings_.learner_id;]])
 
-plant("a definition request ignored" learner/core/learner_core.cc
-  [[for (const ContentHash& id : request.policy_ids) publish_policy(id, now, effects);]]
+plant("a definition request ignored" learner/core/workforce.cc
+  [[for (const ContentHash& id : request.policy_ids) publish_policy(turn, id);]]
   [[for (const ContentHash& id : request.policy_ids) {
-    if (!PLANTED) publish_policy(id, now, effects);
+    if (!PLANTED) publish_policy(turn, id);
   }]])
 
-plant("the journal's lag unbounded" learner/core/learner_core.cc
+plant("the journal's lag unbounded" learner/core/workforce_answers.cc
   [[num_read < batch.results.size() && !journal_is_behind();]]
   [[num_read < batch.results.size() && (PLANTED || !journal_is_behind());]])
 
 plant("the time's end not journaled" learner/core/carry_out.cc
-  [[if (effects.time) handler]]
-  [[if (effects.time && !PLANTED) handler]])
+  [[if (time) handler]]
+  [[if (time && !PLANTED) handler]])
 
 plant("the time's end forgotten at resume" learner/core/learner_core_time.cc
-  [[return pass_time(time, now, effects);]]
-  [[if (PLANTED) learnt_ = time;
-    else return pass_time(time, now, effects);
-    return;]])
+  [[  pass_time(turn, time);
+}
 
-plant("time before a resume not counted" learner/core/learner_core.cc
+void LearnerCore::on(const Turn& turn, const RecoveryFinished&)]]
+  [[  if (PLANTED) learnt_ = time;
+  else pass_time(turn, time);
+}
+
+void LearnerCore::on(const Turn& turn, const RecoveryFinished&)]])
+
+plant("time before a resume not counted" learner/core/learner_core_time.cc
   [[learnt_before_ = learnt_.elapsed;]]
   [[learnt_before_ = PLANTED ? Duration{} : learnt_.elapsed;]])
 

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <variant>
+#include <vector>
+
+#include "common/base/log_limiter.h"
+#include "common/protocol/messages.h"
+#include "learner/core/accepted_result.h"
+#include "learner/core/learning_time.h"
+
+/// What a learner core is told, and what it wants done.
+namespace treeroll::learner {
+
+// Events.
+
+/// First event of all, once.
+struct Started {};
+/// A result that an earlier incarnation accepted, in its order.
+struct ResultRecovered {
+  AcceptedResult result;
+};
+/// The same of the time it had counted.
+struct TimeRecovered {
+  LearningTime time;
+};
+/// What earlier incarnations have left has been told: from now on time counts. After Started and
+/// all that is recovered, before all others, once.
+struct RecoveryFinished {};
+/// Those of workers; others are ignored.
+struct MessageReceived {
+  protocol::Message message;
+};
+/// Nothing more to read for now: time to answer.
+struct InboxDrained {};
+struct TimerFired {};
+/// The journal has everything that was accepted before this event on stable storage.
+struct JournalSynced {};
+/// No more roll-outs; the outcome follows once those under way are in.
+struct StopRequested {};
+
+using Event = std::variant<Started, ResultRecovered, TimeRecovered, RecoveryFinished,
+                           MessageReceived, InboxDrained, TimerFired, JournalSynced, StopRequested>;
+
+// Effects, to be carried out by carry_out(), which knows their order.
+
+struct AppendResult {
+  AcceptedResult result;
+};
+struct AppendTime {
+  LearningTime time;
+};
+struct SendMessage {
+  protocol::Message message;
+};
+struct WriteLog {
+  LogLine line;
+};
+
+using Effect = std::variant<AppendResult, AppendTime, SendMessage, WriteLog>;
+using Effects = std::vector<Effect>;
+
+}  // namespace treeroll::learner

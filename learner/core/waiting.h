@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "learner/core/study.h"
+#include "learner/core/workforce.h"
+
+namespace treeroll::learner {
+
+/// Why nothing moves, for a person; empty while something does.
+/// @param task_ids  by condition
+std::string why_waiting(const Study& study, const std::vector<ContentHash>& task_ids,
+                        const Workforce& workforce, TimePoint now);
+
+}  // namespace treeroll::learner

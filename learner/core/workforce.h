@@ -1,0 +1,131 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "learner/core/answer.h"
+#include "learner/core/definition_book.h"
+#include "learner/core/learner_settings.h"
+#include "learner/core/ledger.h"
+#include "learner/core/task_facts.h"
+#include "learner/core/turn.h"
+#include "learner/core/worker_table.h"
+
+namespace treeroll::learner {
+
+/// For whom a workforce computes. Called within Workforce::receive().
+class Client {
+ public:
+  virtual ~Client() = default;
+
+  /// The task of this roll-out, which may be of no study at all: nothing then.
+  virtual std::optional<ContentHash> task_of(protocol::RolloutKey key) const = 0;
+  /// The answer it has already taken to this roll-out, if any.
+  virtual std::optional<Answer> answer_of(protocol::RolloutKey key) const = 0;
+  /// Takes the answer to an open question, which is closed; may ask the next ones.
+  virtual void take(const Turn& turn, const AcceptedResult& result, int numeric_class) = 0;
+  /// A worker has described a task. @return whether the client can use it
+  virtual bool take_facts(const Turn& turn, const ContentHash& task_id, const TaskFacts& facts) = 0;
+};
+
+/// Who computes: takes questions, gives them to workers, and gives their answers back, each once.
+/// Pure as the core that owns it, and knows nothing of learning.
+class Workforce {
+ public:
+  /// Precondition: `client` outlives the workforce.
+  Workforce(LearnerSettings settings, Client& client);
+
+  // What the client wants.
+
+  /// One user more of a definition. Policies are published at once, tasks by start().
+  ContentHash add_task(const std::string& content);
+  ContentHash add_policy(const Turn& turn, const std::string& content);
+  void release_policy(const ContentHash& id) { policies_.release(id); }
+  void start(const Turn& turn);
+  /// Precondition: the key is new.
+  void ask(protocol::RolloutKey key, Question question) { ledger_.draw(key, std::move(question)); }
+  /// The answer is known from elsewhere. Precondition: the question is open.
+  void withdraw(protocol::RolloutKey key) { ledger_.close(key); }
+  /// No more roll-outs are given out, for good; answers are still taken.
+  void give_out_no_more() { gives_out_ = false; }
+
+  // What happens.
+
+  /// Messages of workers; others are ignored.
+  void receive(const Turn& turn, const protocol::Message& message);
+  /// Takes back what is with workers that are silent, and what has no word for too long.
+  void look_after_leases(const Turn& turn);
+  /// Once a second or so: what is forgotten by then, and what is to be asked again.
+  void remind(const Turn& turn);
+  /// Only what will survive us may be forgotten by those who have it.
+  void note_sync();
+  /// Gives ready roll-outs to workers, and acknowledges their answers.
+  void dispatch(const Turn& turn);
+
+  std::optional<TimePoint> next_deadline() const;
+
+  // What is known.
+
+  const Ledger& ledger() const { return ledger_; }
+  const WorkerTable& workers() const { return workers_; }
+  /// Null while no worker has described the task.
+  const TaskFacts* facts_of(const ContentHash& task_id) const;
+  /// Why no usable worker takes this definition; nothing if one does.
+  std::optional<std::string> refused_by_all(const ContentHash& definition) const;
+  /// An answer was accepted, or the start.
+  TimePoint last_progress() const { return last_progress_; }
+  std::int64_t num_unsynced() const { return num_unsynced_; }
+  bool journal_is_behind() const { return num_unsynced_ >= settings_.unsynced_results_max; }
+
+ private:
+  // workforce.cc: what workers say of themselves and of definitions.
+  void on(const Turn& turn, const protocol::WorkerStatus& status);
+  void on(const Turn& turn, const protocol::DefinitionRequest& request);
+  void on(const Turn& turn, const protocol::DefinitionReport& report);
+  WorkerEntry* hear(const Turn& turn, protocol::WorkerId id);
+  void refuse(const Turn& turn, WorkerEntry& worker, const ContentHash& definition,
+              const std::string& reason);
+  void publish_task(const Turn& turn, const ContentHash& id);
+  void publish_undescribed_tasks(const Turn& turn);
+  void publish_policy(const Turn& turn, const ContentHash& id);
+
+  // workforce_answers.cc: what they answer.
+  void on(const Turn& turn, const protocol::RewardBatch& batch);
+  void accept(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result);
+  void compare_with_taken(const Turn& turn, const WorkerEntry& worker,
+                          const protocol::RolloutResult& result, const TaskFacts& facts);
+  void distrust(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result,
+                const TaskFacts& facts);
+  void note_timing(TimePoint now, WorkerEntry& worker, const protocol::RolloutResult& result,
+                   const Ledger::Entry& entry);
+  bool answers_open_question(const protocol::RolloutResult& result) const;
+  void extend_leases(TimePoint now, const WorkerEntry& worker,
+                     const std::vector<protocol::RolloutKey>& held);
+  void reconcile(TimePoint now, const WorkerEntry& worker, std::int64_t last_batch,
+                 const std::vector<protocol::RolloutKey>& held);
+  int numeric_class(const std::string& name);
+
+  LearnerSettings settings_;
+  Client& client_;
+  std::vector<ContentHash> task_ids_;  // as they were added
+  std::map<ContentHash, TaskFacts> facts_;
+  DefinitionBook tasks_;
+  DefinitionBook policies_;
+  Ledger ledger_;
+  WorkerTable workers_;
+  std::set<protocol::WorkerId> answers_unsynced_;      // have answered what is not yet synced
+  std::set<protocol::WorkerId> acknowledgements_due_;  // with the next message
+  std::map<std::string, int> numeric_classes_;
+  std::int64_t last_batch_ = 0;    // sequence of the last message sent
+  double rollout_time_s_ = 0;      // running mean over all answers
+  std::int64_t num_unsynced_ = 0;  // accepted, and perhaps not on stable storage
+  bool gives_out_ = true;
+  bool refuses_workers_ = false;  // has said so, since there was room for one
+  TimePoint last_progress_;
+};
+
+}  // namespace treeroll::learner

@@ -1,0 +1,152 @@
+// What workers answer: accepted or not, and what it says of the leases.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "learner/core/dispatch.h"
+#include "learner/core/workforce.h"
+
+namespace treeroll::learner {
+namespace {
+
+constexpr double kTimingWeight = .1;
+/// What a worker says it holds is not lost, and its next heartbeat or answer comes before this.
+constexpr Duration kHeldLeaseMin = std::chrono::seconds(1);
+
+}  // namespace
+
+void Workforce::on(const Turn& turn, const protocol::RewardBatch& batch) {
+  if (batch.learner_id != settings_.learner_id) return;
+  WorkerEntry* worker = hear(turn, batch.worker_id);
+  if (!worker) return;
+  std::size_t num_read = 0;
+  // What is not read while the disk lags is not acknowledged, so its worker repeats it.
+  for (; num_read < batch.results.size() && !journal_is_behind(); ++num_read) {
+    const protocol::RolloutResult& result = batch.results[num_read];
+    const std::int64_t index = batch.first_index + static_cast<std::int64_t>(num_read);
+    // A repetition is looked at only if it answers what is still open: no index, however wrong,
+    // can keep an answer out.
+    if (index <= worker->highest_index_seen && !answers_open_question(result)) continue;
+    accept(turn, *worker, result);
+    worker->highest_index_seen = std::max(worker->highest_index_seen, index);
+  }
+  if (num_read > 0) {
+    worker->last_index_read = batch.first_index + static_cast<std::int64_t>(num_read) - 1;
+    // It repeats what it need not: our word was lost, or an older batch came between.
+    if (num_unsynced_ == 0) worker->last_index_acknowledged = worker->last_index_read;
+    const bool acknowledged = worker->last_index_read == worker->last_index_acknowledged;
+    (acknowledged ? acknowledgements_due_ : answers_unsynced_).insert(worker->id);
+  }
+  worker->free_slots = batch.free_slots;
+  if (batch.last_index <= worker->last_index_read) {
+    reconcile(turn.now, *worker, batch.last_batch, batch.held);
+  }
+}
+
+void Workforce::accept(const Turn& turn, WorkerEntry& worker,
+                       const protocol::RolloutResult& result) {
+  const protocol::RolloutKey key = result.key;
+  const std::optional<ContentHash> task_id = client_.task_of(key);
+  const TaskFacts* facts = task_id ? facts_of(*task_id) : nullptr;
+  if (!facts || worker.distrusted) {  // without facts nothing of this run has been issued
+    ++ledger_.counters.rejected;
+    return;
+  }
+  const Ledger::Entry* open = ledger_.find(key);
+  if (!open) return compare_with_taken(turn, worker, result, *facts);
+  if (open->question.content != result.content) {
+    ++ledger_.counters.rejected;  // an answer to an older question
+    return;
+  }
+  const bool ok = result.status == RolloutStatus::kOk;
+  if (ok && !facts->is_in_range(result.reward)) return distrust(turn, worker, result, *facts);
+
+  note_timing(turn.now, worker, result, *open);
+  const Ledger::Entry entry = ledger_.close(key);
+  if (!entry.lease || entry.lease->worker != worker.id) ++ledger_.counters.late;
+  ++worker.num_accepted;
+  last_progress_ = turn.now;
+  const AcceptedResult accepted{key, result.content, ok ? result.reward : 0, result.status,
+                                worker.id};
+  turn.effects.emplace_back(AppendResult{accepted});
+  ++num_unsynced_;
+  client_.take(turn, accepted, numeric_class(worker.numeric_class));
+}
+
+/// An answer to a roll-out that is not open: a duplicate, or to nothing that was asked.
+void Workforce::compare_with_taken(const Turn& turn, const WorkerEntry& worker,
+                                   const protocol::RolloutResult& result, const TaskFacts& facts) {
+  const std::optional<Answer> before = client_.answer_of(result.key);
+  if (!before) {
+    ++ledger_.counters.rejected;
+    return;
+  }
+  ++ledger_.counters.duplicate;
+  const bool comparable = facts.deterministic && before->numeric_class != kUnknownClass &&
+                          before->numeric_class == numeric_class(worker.numeric_class);
+  if (!comparable || (before->reward == result.reward && before->status == result.status)) return;
+  ++ledger_.counters.conflicting;
+  turn.log(LogLine::Level::kWarning, "suspicious results",
+           fmt::format("{} gave reward {} where {} was accepted, run {} roll-out {}: one of two "
+                       "workers of the same numeric class is broken",
+                       describe(worker), result.reward, before->reward, result.key.run,
+                       result.key.number));
+}
+
+void Workforce::distrust(const Turn& turn, WorkerEntry& worker,
+                         const protocol::RolloutResult& result, const TaskFacts& facts) {
+  ++ledger_.counters.rejected;
+  worker.distrusted = true;
+  turn.log(LogLine::Level::kError, "rewards out of range",
+           fmt::format("{} gave reward {} outside the task's range {} to {}: it gets no more work",
+                       describe(worker), result.reward, facts.reward_min, facts.reward_max));
+  ledger_.take_back_all(worker.id);
+}
+
+void Workforce::note_timing(TimePoint now, WorkerEntry& worker,
+                            const protocol::RolloutResult& result, const Ledger::Entry& entry) {
+  const double duration_s = static_cast<double>(result.duration_ns) * 1e-9;
+  rollout_time_s_ = rollout_time_s_ == 0
+                        ? duration_s
+                        : rollout_time_s_ + kTimingWeight * (duration_s - rollout_time_s_);
+  if (!entry.lease || entry.lease->worker != worker.id) return;
+  const double answer_s = to_seconds(now - entry.lease->issued_at);
+  double& median_s = worker.answer_time_s ? *worker.answer_time_s
+                                          : worker.answer_time_s.emplace(std::max(answer_s, 1e-6));
+  // The median, in small steps: answers that were lost at first come late and would stretch a mean.
+  median_s *= answer_s > median_s ? 1 + kTimingWeight : 1 / (1 + kTimingWeight);
+}
+
+bool Workforce::answers_open_question(const protocol::RolloutResult& result) const {
+  const Ledger::Entry* open = ledger_.find(result.key);
+  return open && open->question.content == result.content;
+}
+
+void Workforce::extend_leases(TimePoint now, const WorkerEntry& worker,
+                              const std::vector<protocol::RolloutKey>& held) {
+  const Duration lease =
+      lease_duration(worker, ledger_.leases_of(worker.id).size(), rollout_time_s_);
+  const TimePoint extended = now + std::max(kHeldLeaseMin, lease);
+  for (const protocol::RolloutKey key : held) ledger_.extend(key, worker.id, extended);
+}
+
+/// Leases of requests that were lost on the way: the worker has seen a later message, all its
+/// answers are in, and it holds neither the roll-out nor an answer to it.
+void Workforce::reconcile(TimePoint now, const WorkerEntry& worker, std::int64_t last_batch,
+                          const std::vector<protocol::RolloutKey>& held) {
+  extend_leases(now, worker, held);
+  const std::set<protocol::RolloutKey> holds(held.begin(), held.end());
+  const std::set<protocol::RolloutKey> leases = ledger_.leases_of(worker.id);
+  for (const protocol::RolloutKey key : leases) {
+    const bool lost = !holds.contains(key) && ledger_.find(key)->lease->batch <= last_batch;
+    if (lost) ledger_.take_back_lost(key);
+  }
+}
+
+int Workforce::numeric_class(const std::string& name) {
+  const bool is_full = numeric_classes_.size() >= protocol::kNumericClassesMax;
+  if (is_full && !numeric_classes_.contains(name)) return kUnknownClass;
+  return numeric_classes_.emplace(name, static_cast<int>(numeric_classes_.size())).first->second;
+}
+
+}  // namespace treeroll::learner

@@ -1,0 +1,151 @@
+#include "workers/core/definition_shelf.h"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "common/protocol/limits.h"
+
+namespace treeroll::worker {
+namespace {
+
+const char* word(DefinitionKind kind) { return kind == DefinitionKind::kTask ? "task" : "policy"; }
+
+}  // namespace
+
+DefinitionShelf::DefinitionShelf(const WorkerSettings& settings)
+    : settings_(settings),
+      tasks_(settings.num_tasks_max, settings.definition_bytes_max),
+      policies_(settings.num_policies_max, settings.definition_bytes_max) {}
+
+const Definition* DefinitionShelf::find(const DefinitionName& name) const {
+  return (name.kind == DefinitionKind::kTask ? tasks_ : policies_).find(name.id);
+}
+
+void DefinitionShelf::touch(const DefinitionName& name) {
+  if (find(name) != nullptr) cache(name.kind).touch(name.id);
+}
+
+void DefinitionShelf::receive(const Turn& turn, protocol::LearnerId learner,
+                              const DefinitionName& name, const std::string& content,
+                              const RolloutQueue& held) {
+  if (closed_) return;
+  if (content_hash(content) != name.id) {
+    ++num_rejected_;
+    turn.warn("definitions refused",
+              fmt::format("a {} definition of learner {:x} is not what its id {} names",
+                          word(name.kind), learner, to_hex(name.id)));
+    return;
+  }
+  DefinitionCache& definitions = cache(name.kind);
+  Definition* definition = definitions.find(name.id);
+  if (definition == nullptr) {
+    definition = definitions.insert(name.id, content, held.definitions(name.kind));
+    if (definition == nullptr) return;  // all in use: asked for again while it is waited for
+    to_check_.push_back(name);
+    forget_stale_checks();
+  } else {
+    definitions.touch(name.id);
+  }
+  if (definition->to_tell.size() < settings_.num_learners_max) definition->to_tell.insert(learner);
+  const bool settled = definition->state == DefinitionState::kAccepted ||
+                       definition->state == DefinitionState::kRefused;
+  if (settled) settle(name.id, *definition);
+}
+
+std::optional<DefinitionName> DefinitionShelf::take_unchecked() {
+  while (!to_check_.empty()) {
+    const DefinitionName name = to_check_.front();
+    to_check_.pop_front();
+    Definition* definition = cache(name.kind).find(name.id);
+    // It may have been evicted meanwhile.
+    if (definition == nullptr || definition->state != DefinitionState::kUnchecked) continue;
+    definition->state = DefinitionState::kChecking;
+    return name;
+  }
+  return std::nullopt;
+}
+
+void DefinitionShelf::on_checked(const Turn& turn, const DefinitionLoaded& result) {
+  Definition* definition = cache(result.name.kind).find(result.name.id);
+  if (definition == nullptr || definition->state != DefinitionState::kChecking) return;
+  if (!result.accepted) return refuse(turn, result.name, *definition, result.text);
+  definition->state = DefinitionState::kAccepted;
+  definition->text = result.text;
+  definition->facts = result.facts;
+  settle(result.name.id, *definition);
+}
+
+void DefinitionShelf::on_strike(const Turn& turn, const DefinitionName& name, bool timed_out) {
+  Definition& definition = *cache(name.kind).find(name.id);
+  if (++definition.num_strikes < settings_.num_strikes_max) return check_first(name, definition);
+  refuse(turn, name, definition,
+         fmt::format("loading it {} {} evaluators", timed_out ? "took too long for" : "crashed",
+                     definition.num_strikes));
+}
+
+void DefinitionShelf::on_accident(const DefinitionName& name) {
+  check_first(name, *cache(name.kind).find(name.id));
+}
+
+void DefinitionShelf::close() {
+  closed_ = true;
+  to_check_.clear();
+}
+
+void DefinitionShelf::report(protocol::LearnerId learner, const ContentHash& id, bool accepted,
+                             const std::string& text) {
+  const auto earlier = reports_.find({learner, id});
+  if (earlier != reports_.end() && !earlier->second.accepted) return;
+  if (earlier == reports_.end() && reports_.size() >= protocol::kReportsPerTurnMax) return;
+  reports_[{learner, id}] = {.worker_id = settings_.worker_id,
+                             .learner_id = learner,
+                             .definition_id = id,
+                             .accepted = accepted,
+                             .text = text};
+}
+
+void DefinitionShelf::send_reports(const Turn& turn) {
+  for (auto& [key, report] : reports_) turn.effects.emplace_back(SendMessage{std::move(report)});
+  reports_.clear();
+}
+
+DefinitionCache& DefinitionShelf::cache(DefinitionKind kind) {
+  return kind == DefinitionKind::kTask ? tasks_ : policies_;
+}
+
+void DefinitionShelf::check_first(const DefinitionName& name, Definition& definition) {
+  definition.state = DefinitionState::kUnchecked;
+  if (!closed_) to_check_.push_front(name);
+}
+
+void DefinitionShelf::refuse(const Turn& turn, const DefinitionName& name, Definition& definition,
+                             std::string reason) {
+  cache(name.kind).refuse(definition, std::move(reason));
+  turn.warn("definitions refused",
+            fmt::format("refuses definition {}: {}", to_hex(name.id), definition.text));
+  settle(name.id, definition);
+}
+
+void DefinitionShelf::settle(const ContentHash& id, Definition& definition) {
+  const bool accepted = definition.state == DefinitionState::kAccepted;
+  for (const protocol::LearnerId learner : definition.to_tell) {
+    report(learner, id, accepted, definition.text);
+  }
+  definition.to_tell.clear();
+  settled_ = true;
+}
+
+/// What was evicted unchecked stays named in the row of what is to be checked. While no evaluator
+/// is idle, a flood of definitions would make it grow.
+void DefinitionShelf::forget_stale_checks() {
+  if (to_check_.size() <= 2 * (settings_.num_tasks_max + settings_.num_policies_max)) return;
+  std::set<DefinitionName> seen;
+  std::erase_if(to_check_, [&](const DefinitionName& name) {
+    const Definition* definition = find(name);
+    const bool waits = definition != nullptr && definition->state == DefinitionState::kUnchecked;
+    return !waits || !seen.insert(name).second;
+  });
+}
+
+}  // namespace treeroll::worker

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/protocol/messages.h"
+#include "workers/core/definition_cache.h"
+#include "workers/core/rollout_queue.h"
+#include "workers/core/worker_events.h"
+#include "workers/core/worker_settings.h"
+
+namespace treeroll::worker {
+
+/// The tasks and policies a worker knows, which of them are still to be checked, and what learners
+/// are to be told of them.
+class DefinitionShelf {
+ public:
+  /// The settings must outlive the shelf.
+  explicit DefinitionShelf(const WorkerSettings& settings);
+
+  /// Null if absent. Valid until the next receive().
+  const Definition* find(const DefinitionName& name) const;
+  /// Marks it as used now, if it is here.
+  void touch(const DefinitionName& name);
+  /// A learner's definition: taken unless it is not what its id names or there is no room. The
+  /// learner is told of it once it is checked.
+  /// @param held  its roll-outs' definitions are not evicted for the new one
+  void receive(const Turn& turn, protocol::LearnerId learner, const DefinitionName& name,
+               const std::string& content, const RolloutQueue& held);
+
+  /// The next one to check; it stays until one of the three below says what has come of that.
+  std::optional<DefinitionName> take_unchecked();
+  void on_checked(const Turn& turn, const DefinitionLoaded& result);
+  /// The evaluator ended by the definition's fault: it is checked again, in the end refused.
+  void on_strike(const Turn& turn, const DefinitionName& name, bool timed_out);
+  /// The evaluator ended by no fault of the definition: it is checked first of all.
+  void on_accident(const DefinitionName& name);
+  /// From now on nothing is checked or taken any more.
+  void close();
+
+  /// Whether any definition was accepted or refused since the last call: roll-outs may wait for it.
+  bool take_settled() { return std::exchange(settled_, false); }
+  /// To be told in this turn. One report for each learner and definition, however often it asked;
+  /// a refusal stands. Whom there is no room for asks again.
+  void report(protocol::LearnerId learner, const ContentHash& id, bool accepted,
+              const std::string& text);
+  void send_reports(const Turn& turn);
+
+  /// Grows with each eviction.
+  std::int64_t num_evicted() const { return tasks_.num_evicted() + policies_.num_evicted(); }
+  /// Definitions that were not what their ids name.
+  std::int64_t num_rejected() const { return num_rejected_; }
+
+ private:
+  DefinitionCache& cache(DefinitionKind kind);
+  void check_first(const DefinitionName& name, Definition& definition);
+  void refuse(const Turn& turn, const DefinitionName& name, Definition& definition,
+              std::string reason);
+  void settle(const ContentHash& id, Definition& definition);
+  void forget_stale_checks();
+
+  const WorkerSettings& settings_;
+  DefinitionCache tasks_;
+  DefinitionCache policies_;
+  std::deque<DefinitionName> to_check_;
+  std::map<std::pair<protocol::LearnerId, ContentHash>, protocol::DefinitionReport> reports_;
+  std::int64_t num_rejected_ = 0;
+  bool settled_ = false;
+  bool closed_ = false;
+};
+
+}  // namespace treeroll::worker
