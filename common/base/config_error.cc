@@ -14,7 +14,7 @@ std::string describe(const std::string& key, const std::string& value, const std
 }  // namespace
 
 ConfigError::ConfigError(std::string key, std::string value, std::string rule)
-    : std::runtime_error(describe(key, value, rule)),
+    : BadInput(describe(key, value, rule)),
       key_(std::move(key)),
       value_(std::move(value)),
       rule_(std::move(rule)) {}

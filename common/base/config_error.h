@@ -1,13 +1,14 @@
 #pragma once
 
-#include <stdexcept>
 #include <string>
+
+#include "common/base/bad_input.h"
 
 namespace treeroll {
 
 /// A setting that cannot be used. Thrown by whoever reads settings, caught in main, which knows
 /// the file and the line and exits with status 2.
-class ConfigError : public std::runtime_error {
+class ConfigError : public BadInput {
  public:
   /// @param key    dotted path of the setting, "exploration.gamma"; empty if it is the whole file
   /// @param value  what stands there, as text; empty if nothing does

@@ -124,8 +124,7 @@ std::string SettingsReader::string(std::string_view key, std::optional<std::stri
   return text;
 }
 
-std::string SettingsReader::choice(std::string_view key,
-                                   std::initializer_list<std::string_view> words,
+std::string SettingsReader::choice(std::string_view key, const std::vector<std::string_view>& words,
                                    std::optional<std::string> fallback) {
   std::string word = string(key, std::move(fallback));
   for (const std::string_view allowed : words) {

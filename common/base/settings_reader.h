@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <initializer_list>
 #include <limits>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -46,7 +45,7 @@ class SettingsReader {
   bool boolean(std::string_view key, std::optional<bool> fallback = {});
   std::string string(std::string_view key, std::optional<std::string> fallback = {});
   /// One of a few words.
-  std::string choice(std::string_view key, std::initializer_list<std::string_view> words,
+  std::string choice(std::string_view key, const std::vector<std::string_view>& words,
                      std::optional<std::string> fallback = {});
   /// A list of numbers, each within `rule`, between min_size and max_size long.
   std::vector<double> numbers(std::string_view key, NumberRule rule, std::size_t min_size,

@@ -15,7 +15,7 @@ namespace {
 /// Difference of mirrored entries that still counts as rounding, relative to the deviations.
 constexpr double kAsymmetryMax = 1e-9;
 
-[[noreturn]] void refuse(int component, const std::string& rule) {
+[[noreturn]] void refuse_component(int component, const std::string& rule) {
   throw std::invalid_argument(fmt::format("component {}: {}", component, rule));
 }
 
@@ -32,29 +32,33 @@ bool is_symmetric(const Eigen::MatrixXd& covariance) {
 
 void check(const Component& component, int index, Eigen::Index dim) {
   if (component.mean.size() != dim) {
-    refuse(index,
-           fmt::format("the mean has {} elements, must have {}", component.mean.size(), dim));
+    refuse_component(
+        index, fmt::format("the mean has {} elements, must have {}", component.mean.size(), dim));
   }
   if (component.covariance.rows() != dim || component.covariance.cols() != dim) {
-    refuse(index, fmt::format("the covariance is {} x {}, must be {} x {}",
-                              component.covariance.rows(), component.covariance.cols(), dim, dim));
+    refuse_component(
+        index, fmt::format("the covariance is {} x {}, must be {} x {}",
+                           component.covariance.rows(), component.covariance.cols(), dim, dim));
   }
   // Written so that NaN fails too.
   if (!(component.prior >= 0 && component.prior <= kGmmMagnitudeMax)) {
-    refuse(index, fmt::format("the prior is {}, must be finite and not negative", component.prior));
+    refuse_component(
+        index, fmt::format("the prior is {}, must be finite and not negative", component.prior));
   }
   for (Eigen::Index i = 0; i < dim; ++i) {
     if (!(std::abs(component.mean[i]) <= kGmmMagnitudeMax)) {
-      refuse(index, fmt::format("element {} of the mean is {}, must be finite and at most {}", i,
-                                component.mean[i], kGmmMagnitudeMax));
+      refuse_component(index,
+                       fmt::format("element {} of the mean is {}, must be finite and at most {}", i,
+                                   component.mean[i], kGmmMagnitudeMax));
     }
     const double variance = component.covariance(i, i);
     if (!(variance >= kGmmVarianceMin && variance <= kGmmMagnitudeMax)) {
-      refuse(index, fmt::format("variance {} is {}, must be from {} to {}", i, variance,
-                                kGmmVarianceMin, kGmmMagnitudeMax));
+      refuse_component(index, fmt::format("variance {} is {}, must be from {} to {}", i, variance,
+                                          kGmmVarianceMin, kGmmMagnitudeMax));
     }
   }
-  if (!is_symmetric(component.covariance)) refuse(index, "the covariance must be symmetric");
+  if (!is_symmetric(component.covariance))
+    refuse_component(index, "the covariance must be symmetric");
 }
 
 }  // namespace
@@ -74,7 +78,7 @@ Gmm::Gmm(int input_dim, std::vector<Component> components)
     check(component, k, dim);
     component.covariance = mirrored(component.covariance);
     if (Eigen::LLT<Eigen::MatrixXd>(component.covariance).info() != Eigen::Success) {
-      refuse(k, "the covariance must be positive definite");
+      refuse_component(k, "the covariance must be positive definite");
     }
     any_prior = any_prior || component.prior > 0;
   }

@@ -15,8 +15,8 @@ namespace {
 
 using Rows = std::vector<std::vector<double>>;
 
-constexpr std::size_t kComponentsMax = 64;
-constexpr std::size_t kDimMax = 32;
+constexpr std::size_t kSettingComponentsMax = 64;
+constexpr std::size_t kSettingDimMax = 32;
 constexpr NumberRule kNumber{.min = -kGmmMagnitudeMax, .max = kGmmMagnitudeMax};
 constexpr NumberRule kDeviation{.min = 1e-20, .max = 1e20};
 constexpr NumberRule kPsi{.min = -1e20, .max = 1e20};
@@ -27,7 +27,7 @@ Rows spaced_means(SettingsReader& mixture, std::optional<std::array<double, 2>> 
   if (range) fallback = std::vector<double>(range->begin(), range->end());
   const std::vector<double> ends = mixture.numbers("range", kNumber, 2, 2, fallback);
   if (!(ends[0] < ends[1])) mixture.refuse("range", "must begin before it ends");
-  Rows means = mixture.rows("outputs", kNumber, kComponentsMax, 1, kDimMax - 1);
+  Rows means = mixture.rows("outputs", kNumber, kSettingComponentsMax, 1, kSettingDimMax - 1);
   for (std::size_t k = 0; k < means.size(); ++k) {
     const double share = (static_cast<double>(k) + .5) / static_cast<double>(means.size());
     means[k].insert(means[k].begin(), ends[0] + share * (ends[1] - ends[0]));
@@ -48,7 +48,7 @@ void need_row_each(SettingsReader& mixture, std::string_view key, Rows& rows, st
 std::vector<Eigen::MatrixXd> read_covariances(SettingsReader& mixture, Eigen::Index dim,
                                               std::size_t count) {
   const auto size = static_cast<std::size_t>(dim * (dim + 1) / 2);
-  Rows rows = mixture.rows("covariances", kNumber, kComponentsMax, size, size);
+  Rows rows = mixture.rows("covariances", kNumber, kSettingComponentsMax, size, size);
   need_row_each(mixture, "covariances", rows, count);
   std::vector<Eigen::MatrixXd> covariances;
   for (const std::vector<double>& row : rows) {
@@ -65,10 +65,10 @@ std::vector<Eigen::MatrixXd> read_covariances(SettingsReader& mixture, Eigen::In
 std::vector<Eigen::MatrixXd> read_factors(SettingsReader& mixture, Eigen::Index dim,
                                           Eigen::Index input_dim, std::size_t count) {
   const auto size = static_cast<std::size_t>(dim);
-  Rows deviations = mixture.rows("deviations", kDeviation, kComponentsMax, size, size);
+  Rows deviations = mixture.rows("deviations", kDeviation, kSettingComponentsMax, size, size);
   need_row_each(mixture, "deviations", deviations, count);
   const auto psi_size = static_cast<std::size_t>(input_dim * (dim - input_dim));
-  Rows psi = mixture.rows("psi", kPsi, kComponentsMax, psi_size, psi_size,
+  Rows psi = mixture.rows("psi", kPsi, kSettingComponentsMax, psi_size, psi_size,
                           Rows{std::vector<double>(psi_size, 0.)});
   need_row_each(mixture, "psi", psi, count);
   std::vector<Eigen::MatrixXd> covariances;
@@ -90,11 +90,12 @@ std::vector<Eigen::MatrixXd> read_factors(SettingsReader& mixture, Eigen::Index 
 
 Gmm read_mixture(SettingsReader& mixture, std::optional<std::array<double, 2>> range) {
   const auto input_dim =
-      static_cast<int>(mixture.integer("inputs", 1, static_cast<int>(kDimMax) - 1, 1));
+      static_cast<int>(mixture.integer("inputs", 1, static_cast<int>(kSettingDimMax) - 1, 1));
   const bool is_spaced = mixture.has("outputs");
   if (is_spaced && input_dim != 1) mixture.refuse("outputs", "needs `inputs` to be 1; give means");
-  const Rows means = is_spaced ? spaced_means(mixture, range)
-                               : mixture.rows("means", kNumber, kComponentsMax, 2, kDimMax);
+  const Rows means = is_spaced
+                         ? spaced_means(mixture, range)
+                         : mixture.rows("means", kNumber, kSettingComponentsMax, 2, kSettingDimMax);
   const auto dim = static_cast<Eigen::Index>(means[0].size());
   if (dim <= input_dim) {
     mixture.refuse("means",

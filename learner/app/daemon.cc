@@ -16,6 +16,7 @@
 #include "common/base/config_error.h"
 #include "common/files/atomic_file.h"
 #include "common/files/whole_file.h"
+#include "common/program/program.h"
 #include "common/program/standard_output.h"
 #include "common/transport/bus.h"
 #include "common/transport/loop.h"

@@ -4,11 +4,9 @@
 
 namespace treeroll {
 
-/// Exit statuses of treeroll-learner.
-inline constexpr int kExitDone = 0;
-inline constexpr int kExitOther = 1;
-inline constexpr int kExitBadInput = 2;
-inline constexpr int kExitStopped = 3;  ///< early, on request; --resume goes on
+/// Exit status of treeroll-learner beside those of common/program/program.h: early, on request;
+/// --resume goes on.
+inline constexpr int kExitStopped = 3;
 
 /// Learns a study, a new one or one that was interrupted: loads and checks it, opens the bus, folds
 /// what the journal holds, starts local workers, runs the core until every run is done or it is

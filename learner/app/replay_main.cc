@@ -1,54 +1,33 @@
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
-
-#include <CLI/CLI.hpp>
-#include <exception>
-
-#include "common/base/config_error.h"
+#include "common/program/program.h"
 #include "learner/app/replay.h"
-#include "learner/study/study_error.h"
 
 namespace treeroll {
 namespace {
 
-constexpr int kDiffers = 1;  ///< or cannot be read or written
-constexpr int kBadInput = 2;
+constexpr int kExitDiffers = 1;
+
+void describe(CommandLine& line, ReplayOptions& options) {
+  line.add("PATH", options.path, "State directory, or a journal beside its study.toml").required();
+  const Option verify =
+      line.add("--verify", options.verify,
+               "Recompute every perturbation and update, and compare the result files");
+  const Option format = line.add("--export", options.export_format,
+                                 "Print the results in the order of their acceptance")
+                            .one_of({"csv", "jsonl"})
+                            .excludes(verify);
+  line.add("--output", options.output_file, "File of the export, instead of standard output")
+      .needs(format);
+}
 
 int replay_main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("replay"));
-  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
-
   ReplayOptions options;
-  CLI::App app{"Reads a learner's journal: what is in it, and whether every step follows from it."};
-  app.set_version_flag("--version", TREEROLL_VERSION);
-  app.add_option("PATH", options.path, "State directory, or a journal beside its study.toml")
-      ->required();
-  CLI::Option* verify =
-      app.add_flag("--verify", options.verify,
-                   "Recompute every perturbation and update, and compare the result files");
-  CLI::Option* format = app.add_option("--export", options.export_format,
-                                       "Print the results in the order of their acceptance")
-                            ->check(CLI::IsMember({"csv", "jsonl"}))
-                            ->excludes(verify);
-  app.add_option("--output", options.output_file, "File of the export, instead of standard output")
-      ->needs(format);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kBadInput;
-  }
-  try {
-    return replay(options) ? 0 : kDiffers;
-  } catch (const ConfigError& error) {
-    spdlog::error("{}", error.what());
-    return kBadInput;
-  } catch (const StudyError& error) {
-    spdlog::error("{}", error.what());
-    return kBadInput;
-  } catch (const std::exception& error) {
-    spdlog::error("{}", error.what());
-    return kDiffers;
-  }
+  return run_main(
+      argc, argv,
+      {.name = "treeroll-replay",
+       .purpose =
+           "Reads a learner's journal: what is in it, and whether every step follows from it.",
+       .options = [&](CommandLine& line) { describe(line, options); },
+       .work = [&] { return replay(options) ? kExitDone : kExitDiffers; }});
 }
 
 }  // namespace

@@ -162,7 +162,7 @@ bool LearnerCore::take_facts(const Turn&, const ContentHash& task_id, const Task
 }
 
 void LearnerCore::draw(const Turn& turn, Run& run) {
-  for (Draw& draw : run.take_draws()) {
+  for (explore::Draw& draw : run.take_draws()) {
     std::map<int, ContentHash>& ids = policy_ids_[run.index()];
     if (!ids.contains(draw.layer)) {
       ids[draw.layer] = workforce_.add_policy(turn, to_json(run.exploration().policy(draw.layer)));

@@ -17,7 +17,7 @@ namespace {
 constexpr int kRunMessagesPerPeriod = 50;
 
 protocol::RunStatus run_status(const Run& run, const Condition& condition) {
-  const Exploration& exploration = run.exploration();
+  const explore::Exploration& exploration = run.exploration();
   protocol::RunStatus status;
   status.run = run.index();
   status.condition = condition.name;
@@ -47,7 +47,7 @@ void LearnerCore::publish_run(const Turn& turn, int index) {
   status.learner_id = learner_id_;
   turn.send(std::move(status));
 
-  const Exploration::Best& best = run.exploration().best();
+  const explore::Exploration::Best& best = run.exploration().best();
   double& announced = announced_best_.try_emplace(index, -1).first->second;
   if (best.rollout < 0 || best.reward <= announced) return;
   announced = best.reward;
@@ -87,7 +87,7 @@ void LearnerCore::publish_status(const Turn& turn) {
   status.num_reissued = now_counted.reissued;
   status.num_conflicting = now_counted.conflicting;
   for (const Run& run : runs_) {
-    const Exploration::Best& best = run.exploration().best();
+    const explore::Exploration::Best& best = run.exploration().best();
     if (best.rollout >= 0) status.best_reward = std::max(status.best_reward, best.reward);
   }
   turn.send(std::move(status));

@@ -7,8 +7,8 @@
 namespace treeroll::learner {
 namespace {
 
-Exploration start(const Study& study, const Condition& condition, int repetition) {
-  return Exploration(condition.exploration, *condition.start, study.seed,
+explore::Exploration start(const Study& study, const Condition& condition, int repetition) {
+  return explore::Exploration(condition.exploration, *condition.start, study.seed,
                      static_cast<std::uint32_t>(repetition));
 }
 
@@ -24,9 +24,9 @@ Run::Run(const Study& study, int run)
   records_.reserve(study.conditions[condition_].exploration.num_rollouts);
 }
 
-std::vector<Draw> Run::take_draws() {
-  std::vector<Draw> draws;
-  while (std::optional<Draw> draw = exploration_.ask()) {
+std::vector<explore::Draw> Run::take_draws() {
+  std::vector<explore::Draw> draws;
+  while (std::optional<explore::Draw> draw = exploration_.ask()) {
     draws.push_back(std::move(*draw));
   }
   if (exploration_.done() && !evaluation_wanted_) {
@@ -82,7 +82,7 @@ std::optional<Answer> Run::answer_of(int number) const {
 }
 
 std::string Run::best_policy() const {
-  const Exploration::Best& best = exploration_.best();
+  const explore::Exploration::Best& best = exploration_.best();
   try {
     return to_json(*exploration_.policy(best.layer).with(best.theta));
   } catch (const std::invalid_argument&) {
@@ -96,7 +96,7 @@ RunRecord Run::record() const {
   record.repetition = repetition_;
   record.run = index_;
   record.rollouts = records_;
-  const Exploration::Best& best = exploration_.best();
+  const explore::Exploration::Best& best = exploration_.best();
   record.best_rollout = best.rollout;
   if (best.rollout >= 0) {
     record.best_reward = best.reward;

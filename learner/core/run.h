@@ -28,7 +28,7 @@ class Run {
 
   /// What may be asked for now and has not been; after construction, each accept() and stop(). The
   /// evaluation comes as a draw without noise, number kEvaluation.
-  std::vector<Draw> take_draws();
+  std::vector<explore::Draw> take_draws();
 
   /// A result for a roll-out that was asked for and has none yet. In sequence it is held until
   /// all lower numbers are in. @return how many results were applied
@@ -41,7 +41,7 @@ class Run {
   int index() const { return index_; }
   int condition() const { return condition_; }
   int repetition() const { return repetition_; }
-  const Exploration& exploration() const { return exploration_; }
+  const explore::Exploration& exploration() const { return exploration_; }
   int num_failed() const { return num_failed_; }
   double last_reward() const { return records_.empty() ? 0 : last_reward_; }
 
@@ -57,7 +57,7 @@ class Run {
   int index_;
   int condition_;
   int repetition_;
-  Exploration exploration_;
+  explore::Exploration exploration_;
   bool evaluation_wanted_ = false;
   std::map<int, Answer> held_;  // answered before a lower number was
   std::vector<RolloutRecord> records_;

@@ -16,7 +16,7 @@ struct Condition {
   std::string name;          ///< unique in the study
   std::string task_content;  ///< JSON {"name": ..., "settings": {...}}, keys sorted
   PolicyPtr start;           ///< before any roll-out; not null
-  ExplorationSettings exploration;
+  explore::ExplorationSettings exploration;
 };
 
 /// What is to be learnt, fully resolved: conditions times repetitions. Run number r is repetition

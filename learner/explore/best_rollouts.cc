@@ -5,7 +5,7 @@
 
 #include "common/base/check.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
 bool ranks_before(const RatedRollout& a, const RatedRollout& b) {
   return a.reward != b.reward ? a.reward > b.reward : a.rollout < b.rollout;
@@ -24,4 +24,4 @@ void BestRollouts::add(RatedRollout rollout) {
   ranked_.insert(place, std::move(rollout));
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace treeroll {
+namespace treeroll::explore {
 
 /// A perturbed theta and what it earned.
 struct RatedRollout {
@@ -33,4 +33,4 @@ class BestRollouts {
   std::vector<RatedRollout> ranked_;
 };
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

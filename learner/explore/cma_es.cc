@@ -9,7 +9,7 @@
 #include "common/base/mirrored.h"
 #include "learner/explore/perturbation.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 /// The step size stays within these shares of the start's, whatever the rewards say: a plateau
@@ -175,4 +175,4 @@ SearchDistribution CmaEs::distribution() const {
           mirrored(sigma_ * sigma_ * (factor_ * covariance_ * factor_.transpose()))};
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -7,7 +7,7 @@
 #include "learner/explore/best_rollouts.h"
 #include "learner/explore/search_distribution.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
 struct CmaEsSettings {
   int population = 12;     ///< lambda, at least 2
@@ -65,4 +65,4 @@ class CmaEs {
   double path_sigma_start_share_ = 1;  // (1 - c_sigma)^(2 g)
 };
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

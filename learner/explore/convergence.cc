@@ -4,7 +4,7 @@
 
 #include "common/base/check.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
 double least_squares_slope(std::span<const double> rewards) {
   const std::size_t n = rewards.size();
@@ -69,4 +69,4 @@ std::optional<double> GainWindow::share() const {
   return recent / average;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace treeroll {
+namespace treeroll::explore {
 
 /// Slope alpha of the line alpha x + beta fitted by least squares to rewards at x = 1 .. N, thesis
 /// (3-7), in reward per roll-out. In closed form: no matrix is built. Exactly 0 for equal rewards,
@@ -55,4 +55,4 @@ class GainWindow {
   std::int64_t num_results_ = 0;
 };
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

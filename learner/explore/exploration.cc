@@ -7,17 +7,16 @@
 #include "common/base/check.h"
 #include "learner/explore/layer_start.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 ExplorationSettings checked(ExplorationSettings settings, const Policy& start) {
   CHECK(settings.num_rollouts >= 1, "a run needs a roll-out");
   CHECK(settings.in_flight >= 1, "nothing could ever be drawn");
-  CHECK(settings.best_considered <= settings.first_update, "I exceeds S_init");
   CHECK(1 <= settings.first_layer && settings.first_layer <= settings.last_layer &&
             settings.last_layer <= start.num_layers(),
         "layers to explore outside the policy");
-  CHECK(settings.sensitivity_coordinates ||
+  CHECK(settings.initial_step ||
             settings.noise_variance.size() == static_cast<std::size_t>(start.noise_variance_dim()),
         "noise_variance does not fit theta");
   return settings;
@@ -87,14 +86,15 @@ void Exploration::keep_if_best(const Draw& draw, double reward) {
 }
 
 bool Exploration::go_to_next_layer() {
-  const LeftLayer left{search_.distribution(), search_.best()};
-  const Eigen::VectorXd carried = carried_theta(settings_, left);
+  const UpdateRule& rule = search_.rule();
+  const Eigen::VectorXd carried = settings_.reuse ? rule.carried_theta() : rule.distribution().mean;
   try {
     NextLayer next = policies_.back()->next_layer(carried);
     static_cast<void>(next.policy->controller());  // what workers make of it
-    search_ = LayerSearch(settings_, settings_.reuse ? start_with_experience(settings_, left, next,
-                                                                             carried, num_told_)
-                                                     : fresh_start(settings_, *next.policy));
+    search_ = LayerSearch(
+        settings_, settings_.reuse
+                       ? start_with_experience(settings_, rule, next, carried, num_told_)
+                       : fresh_start(settings_, *next.policy));
     policies_.push_back(std::move(next.policy));
     return true;
   } catch (const std::invalid_argument&) {
@@ -105,10 +105,10 @@ bool Exploration::go_to_next_layer() {
 void Exploration::draw_what_is_permitted() {
   // Roll-out i needs i - in_flight + 1 results; written so that no sum can overflow.
   while (next_draw_ < settings_.num_rollouts && next_draw_ - num_told_ < settings_.in_flight &&
-         search_.may_draw(settings_)) {
+         search_.may_draw()) {
     const RandomStream stream(seed_, repetition_, static_cast<std::uint32_t>(next_draw_),
                               RandomPurpose::kPerturbation);
-    LayerSearch::Drawn drawn = search_.draw(settings_, stream);
+    LayerSearch::Drawn drawn = search_.draw(stream);
     drawn_.emplace(next_draw_,
                    Pending{{next_draw_, layer(), std::move(drawn.theta)}, std::move(drawn.from)});
     ++next_draw_;
@@ -124,4 +124,4 @@ const Policy& Exploration::policy(int layer) const {
   return *policies_[static_cast<std::size_t>(layer - settings_.first_layer)];
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

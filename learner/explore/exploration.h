@@ -12,7 +12,7 @@
 #include "learner/explore/exploration_settings.h"
 #include "learner/explore/layer_search.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
 /// A roll-out to be made.
 struct Draw {
@@ -108,4 +108,4 @@ class Exploration {
   std::vector<int> switches_;
 };
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -1,15 +1,18 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "common/policy/policy.h"
 #include "learner/explore/best_rollouts.h"
-#include "learner/explore/exploration_settings.h"
 #include "learner/explore/search_distribution.h"
 
-namespace treeroll {
+namespace treeroll::explore {
+
+struct ExplorationSettings;
+class UpdateRule;
 
 /// What the search within a layer begins with.
 struct LayerStart {
@@ -21,24 +24,34 @@ struct LayerStart {
 /// The policy as it stands with the initial noise and no experience.
 LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy);
 
-/// What a layer that is left hands on.
-struct LeftLayer {
-  const SearchDistribution& distribution;  ///< as it was left
-  std::span<const RatedRollout> best;      ///< its best roll-outs, best first
+/// The roll-outs of a layer that is left as roll-outs of the next. Those that no policy of the next
+/// layer represents (in practice failed ones, with a theta past all bounds) are left out.
+std::vector<RatedRollout> projected(const Projection& project,
+                                    std::span<const RatedRollout> rollouts);
+
+/// The way of roll-outs from a layer that is left into the next one.
+struct LayerPassage {
+  const Projection& project;
+  const LayerStart& start;  ///< fresh_start() of the next layer
+  /// Derivative of the projection at the theta carried over; none where that is too extreme.
+  const std::optional<Eigen::MatrixXd>& jacobian;
+  int num_results_of_run;
 };
 
-/// Theta of the layer left from whose policy the next layer goes on: the mean; with a population
-/// rule that reuses experience the best roll-out, for the mean of a population lags behind.
-Eigen::VectorXd carried_theta(const ExplorationSettings& settings, const LeftLayer& left);
+/// What a layer that is left gives to the next one.
+struct Inheritance {
+  std::vector<RatedRollout> experience;  ///< in theta of the next layer
+  /// Of the explored directions, n x n of the next layer; none: the initial noise.
+  std::optional<Eigen::MatrixXd> noise;
+};
 
-/// The start of the next layer with the experience of the one left, section 3-2-4.
-/// PoWER: the projected best I roll-outs, and the noise of (3-15) over them.
-/// Population rules: no roll-outs; noise J S J^T, S the noise of the layer left, J the projection's
-/// derivative. Either noise gets variance in unexplored directions. Where there is nothing to go by
+/// The start of the next layer with the experience of the one left, section 3-2-4: what its rule
+/// gives, the noise with variance added in unexplored directions. Where there is nothing to go by
 /// (every reward 0, a theta too extreme to project) the noise is the initial one.
-/// @param carried  carried_theta(), which `next` was made from
-LayerStart start_with_experience(const ExplorationSettings& settings, const LeftLayer& left,
+/// @param rule     of the layer left
+/// @param carried  rule.carried_theta(), which `next` was made from
+LayerStart start_with_experience(const ExplorationSettings& settings, const UpdateRule& rule,
                                  const NextLayer& next, const Eigen::VectorXd& carried,
                                  int num_results_of_run);
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -4,7 +4,7 @@
 
 #include "common/base/check.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
 Eigen::MatrixXd noise_factor(const Eigen::MatrixXd& noise) {
   CHECK(noise.allFinite() && (noise.diagonal().array() > 0).all(),
@@ -30,4 +30,4 @@ Eigen::VectorXd perturb(const Eigen::VectorXd& mean, const Eigen::MatrixXd& fact
   return mean + factor.triangularView<Eigen::Lower>() * normal;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

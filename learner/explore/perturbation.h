@@ -4,7 +4,7 @@
 
 #include "common/base/random_stream.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
 /// Lower Cholesky factor of the exploration noise. A noise that is singular within rounding (old
 /// roll-outs far apart, a minimum noise decayed to next to nothing) is factorised with its
@@ -23,4 +23,4 @@ Eigen::VectorXd normal_numbers(Eigen::Index n, RandomStream stream);
 Eigen::VectorXd perturb(const Eigen::VectorXd& mean, const Eigen::MatrixXd& factor,
                         const Eigen::VectorXd& normal);
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

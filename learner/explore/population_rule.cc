@@ -4,60 +4,67 @@
 #include <utility>
 
 #include "common/base/check.h"
-#include "learner/explore/weighted_update.h"
+#include "common/base/settings_reader.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
-/// A noise without a floor stays above this share of noise_variance, 1e-10 of its deviations: far
-/// below what any reward can tell, far above where its numbers would run out.
-constexpr double kLeastNoise = 1e-20;
+constexpr std::int64_t kMaxPopulation = 100'000;
 
 }  // namespace
 
-PopulationRule::PopulationRule(const ExplorationSettings& settings, LayerStart start)
-    : settings_(settings),
-      distribution_(std::move(start.distribution)),
-      noise_variance_(std::move(start.noise_variance)) {
-  CHECK(settings.rule != RuleKind::kPower && settings.population >= 2,
-        "a population rule needs a population");
-  if (settings.rule == RuleKind::kCmaEs) {
-    cma_es_.emplace(CmaEsSettings{settings.population, settings.active, settings.rate_factor},
-                    distribution_);
-  }
+GenerationSettings read_generation(SettingsReader& exploration, int population_otherwise) {
+  GenerationSettings settings;
+  settings.population =
+      static_cast<int>(exploration.integer("population", 2, kMaxPopulation, population_otherwise));
+  settings.complete =
+      exploration.choice("generation", {"complete", "stale"}, "complete") == "complete";
+  return settings;
+}
+
+PopulationRule::PopulationRule(const GenerationSettings& settings, SearchDistribution start)
+    : settings_(settings), distribution_(std::move(start)) {
+  CHECK(settings.population >= 2, "a population rule needs a population");
 }
 
 bool PopulationRule::learn(const ToldRollout& told, int num_results_of_run) {
+  ++num_results_;
   best_.add(told.rated);
   generation_.push_back(told);
   if (generation_.size() < static_cast<std::size_t>(settings_.population)) return false;
   const bool has_weight =
       std::any_of(generation_.begin(), generation_.end(),
                   [](const ToldRollout& member) { return member.rated.reward > 0; });
-  if (has_weight) update(num_results_of_run);
+  if (has_weight) {
+    std::sort(generation_.begin(), generation_.end(),
+              [](const ToldRollout& a, const ToldRollout& b) {
+                return a.rated.rollout < b.rated.rollout;
+              });
+    distribution_ = updated(generation_, distribution_, num_results_of_run);
+  }
   generation_.clear();
   return has_weight;
 }
 
-void PopulationRule::update(int num_results_of_run) {
-  std::sort(generation_.begin(), generation_.end(), [](const ToldRollout& a, const ToldRollout& b) {
-    return a.rated.rollout < b.rated.rollout;
-  });
-  if (cma_es_) {
-    std::vector<RatedRollout> rated;
-    rated.reserve(generation_.size());
-    for (ToldRollout& member : generation_) rated.push_back(std::move(member.rated));
-    cma_es_->update(rated);
-    distribution_ = cma_es_->distribution();
-    return;
-  }
-  const std::vector<double> weights = settings_.rule == RuleKind::kPi2
-                                          ? pi2_weights(generation_, settings_.eliteness)
-                                          : cem_weights(generation_, settings_.elites);
-  const double floor = std::max(minimum_noise_share(settings_, num_results_of_run), kLeastNoise);
-  distribution_ = weighted_update(
-      generation_, weights, distribution_,
-      {settings_.covariance_learning_rate, settings_.noise_decay, floor * noise_variance_});
+bool PopulationRule::may_draw(std::int64_t num_drawn) const {
+  const std::int64_t population = settings_.population;
+  return !settings_.complete || num_drawn < (num_results_ / population + 1) * population;
 }
 
-}  // namespace treeroll
+bool PopulationRule::has_reward() const {
+  return !best_.ranked().empty() && best_.ranked().front().reward > 0;
+}
+
+Eigen::VectorXd PopulationRule::carried_theta() const {
+  return has_reward() ? best_.ranked().front().theta : distribution_.mean;
+}
+
+Inheritance PopulationRule::inheritance(const LayerPassage& passage) const {
+  Inheritance given;
+  if (passage.jacobian && has_reward()) {
+    given.noise = *passage.jacobian * distribution_.noise * passage.jacobian->transpose();
+  }
+  return given;
+}
+
+}  // namespace treeroll::explore

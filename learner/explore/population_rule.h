@@ -1,35 +1,57 @@
 #pragma once
 
-#include <optional>
+#include <cstdint>
 #include <span>
 #include <vector>
 
-#include "learner/explore/cma_es.h"
 #include "learner/explore/update_rule.h"
 
 namespace treeroll {
+class SettingsReader;
+}
 
-/// Rules that update once for each generation of lambda results, in the order of application:
-/// PI2-BB, CEM and CMA-ES. A generation is learnt in the order of its numbers, so that within it
-/// the order of arrival does not count; one in which every reward is 0 teaches nothing. Holds at
-/// most a generation and the best roll-out.
-class PopulationRule final : public UpdateRule {
+namespace treeroll::explore {
+
+/// How results are collected into generations.
+struct GenerationSettings {
+  int population = 20;   ///< lambda, results between updates, at least 2
+  bool complete = true;  ///< draws wait for their generation; false: stale members
+  bool operator==(const GenerationSettings&) const = default;
+};
+
+/// Reads `population` and `generation`. Throws ConfigError.
+GenerationSettings read_generation(SettingsReader& exploration, int population_otherwise);
+
+/// Rules that update once for each generation of lambda results, in the order of application: what
+/// they have in common. A generation is learnt in the order of its numbers, so that within it the
+/// order of arrival does not count; one in which every reward is 0 teaches nothing. Holds at most a
+/// generation and the best roll-out. The next layer goes on from that, for the mean of a population
+/// lags behind, and inherits the noise J S J^T, S the noise of this layer, J the projection's
+/// derivative; no roll-outs.
+class PopulationRule : public UpdateRule {
  public:
-  PopulationRule(const ExplorationSettings& settings, LayerStart start);
+  PopulationRule(const GenerationSettings& settings, SearchDistribution start);
 
-  const SearchDistribution& distribution() const override { return distribution_; }
-  bool learn(const ToldRollout& told, int num_results_of_run) override;
-  std::span<const RatedRollout> best() const override { return best_.ranked(); }
+  const SearchDistribution& distribution() const final { return distribution_; }
+  bool learn(const ToldRollout& told, int num_results_of_run) final;
+  int first_update() const final { return settings_.population; }
+  bool may_draw(std::int64_t num_drawn) const final;
+  Eigen::VectorXd carried_theta() const final;
+  Inheritance inheritance(const LayerPassage& passage) const final;
 
  private:
-  void update(int num_results_of_run);
+  /// The distribution after a generation.
+  /// @param generation  lambda members, by number; some reward is above 0
+  /// @param before      distribution()
+  virtual SearchDistribution updated(std::span<const ToldRollout> generation,
+                                     const SearchDistribution& before, int num_results_of_run) = 0;
+  bool has_reward() const;
 
-  ExplorationSettings settings_;
+  GenerationSettings settings_;
   SearchDistribution distribution_;
-  Eigen::VectorXd noise_variance_;  // n x 1
-  std::optional<CmaEs> cma_es_;     // if that is the rule
+  std::int64_t num_results_ = 0;
   std::vector<ToldRollout> generation_;
   BestRollouts best_{1};
 };
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -1,29 +1,27 @@
 #pragma once
 
-#include <cstdint>
-#include <span>
+#include <memory>
 
+#include "learner/explore/minimum_noise.h"
 #include "learner/explore/update_rule.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
-/// Black-box PoWER over the history of a layer, section 3-2-3: the first update at S_init results
-/// (at the first one if the layer began with experience), then one after each. Holds I roll-outs.
-class PowerRule final : public UpdateRule {
- public:
-  PowerRule(const ExplorationSettings& settings, LayerStart start);
+struct ExplorationSettings;
 
-  const SearchDistribution& distribution() const override { return distribution_; }
-  bool learn(const ToldRollout& told, int num_results_of_run) override;
-  std::span<const RatedRollout> best() const override { return history_.ranked(); }
-
- private:
-  ExplorationSettings settings_;
-  SearchDistribution distribution_;
-  Eigen::VectorXd noise_variance_;  // n x 1
-  BestRollouts history_;
-  bool has_experience_;
-  std::int64_t num_results_ = 0;
+/// Black-box PoWER, section 3-2-3. The defaults are those of table 4-3.
+struct PowerSettings {
+  int first_update = 10;    ///< S_init, results of a layer before its first update
+  int best_considered = 2;  ///< I, at most first_update
+  MinimumNoise minimum_noise{};
+  bool operator==(const PowerSettings&) const = default;
 };
 
-}  // namespace treeroll
+/// PoWER over the history of a layer: the first update at S_init results (at the first one if the
+/// layer began with experience), then one after each. Holds I roll-outs. The next layer inherits
+/// those, projected, and the noise of (3-15) over them, section 3-2-4.
+std::unique_ptr<UpdateRule> make_rule(const PowerSettings& settings, LayerStart start);
+
+void read_power(SettingsReader& exploration, ExplorationSettings& settings);
+
+}  // namespace treeroll::explore

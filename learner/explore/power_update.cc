@@ -2,7 +2,7 @@
 
 #include "common/base/check.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
 std::optional<SearchDistribution> power_update(std::span<const RatedRollout> best,
                                                const Eigen::VectorXd& mean_before,
@@ -28,4 +28,4 @@ std::optional<SearchDistribution> power_update(std::span<const RatedRollout> bes
   return updated;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -7,7 +7,7 @@
 #include "learner/explore/best_rollouts.h"
 #include "learner/explore/search_distribution.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
 /// Black-box PoWER, thesis (3-14) and (3-15):
 ///
@@ -24,4 +24,4 @@ std::optional<SearchDistribution> power_update(std::span<const RatedRollout> bes
                                                const Eigen::VectorXd& mean_before,
                                                const Eigen::VectorXd& minimum_noise);
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace treeroll {
+namespace treeroll::explore {
 
 /// What theta is drawn from: N(mean, noise).
 struct SearchDistribution {
@@ -10,4 +10,4 @@ struct SearchDistribution {
   Eigen::MatrixXd noise;  ///< n x n, symmetric positive definite: the exploration noise
 };
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

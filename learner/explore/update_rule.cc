@@ -1,18 +1,11 @@
 #include "learner/explore/update_rule.h"
 
-#include <utility>
+#include "learner/explore/perturbation.h"
 
-#include "learner/explore/population_rule.h"
-#include "learner/explore/power_rule.h"
+namespace treeroll::explore {
 
-namespace treeroll {
-
-std::unique_ptr<UpdateRule> make_update_rule(const ExplorationSettings& settings,
-                                             LayerStart start) {
-  if (settings.rule == RuleKind::kPower) {
-    return std::make_unique<PowerRule>(settings, std::move(start));
-  }
-  return std::make_unique<PopulationRule>(settings, std::move(start));
+Eigen::VectorXd UpdateRule::next_normal_numbers(RandomStream stream) {
+  return normal_numbers(distribution().mean.size(), stream);
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -1,14 +1,18 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <vector>
 
+#include "common/base/random_stream.h"
 #include "learner/explore/best_rollouts.h"
-#include "learner/explore/exploration_settings.h"
 #include "learner/explore/layer_start.h"
 #include "learner/explore/search_distribution.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
 /// A result of the layer being explored, with what theta~ was drawn from: with several roll-outs in
 /// flight that is not always the distribution as it stands.
@@ -18,8 +22,9 @@ struct ToldRollout {
 };
 
 /// How the search distribution of one layer follows from its results: thesis algorithm 2, line 9,
-/// and rules of other authors in its place. Made anew at each switch. A pure function of its start
-/// and of what it is told, in that order.
+/// and rules of other authors in its place. Made anew at each switch; what a rule has collected by
+/// then and not learnt from, a partial generation, goes with it. A pure function of its start and
+/// of what it is asked and told, in that order. Who asks is LayerSearch and the switch.
 class UpdateRule {
  public:
   virtual ~UpdateRule() = default;
@@ -29,11 +34,21 @@ class UpdateRule {
   /// @param num_results_of_run  results applied in this run, this one included
   /// @return                    whether the distribution has changed
   virtual bool learn(const ToldRollout& told, int num_results_of_run) = 0;
-  /// The best roll-outs that a next layer may build on, best first; empty if it knows none.
-  virtual std::span<const RatedRollout> best() const = 0;
+
+  /// Results of the layer that the first update takes: without it nothing counts as convergence.
+  virtual int first_update() const = 0;
+  /// Whether another roll-out may be drawn before more results have been told.
+  /// @param num_drawn  roll-outs of this layer drawn so far
+  virtual bool may_draw(std::int64_t /*num_drawn*/) const { return true; }
+  /// The standard normal numbers that the next theta~ comes from, one for each element of theta.
+  /// Called once a draw, in the order of the draws.
+  virtual Eigen::VectorXd next_normal_numbers(RandomStream stream);
+
+  /// Theta of this layer from whose policy the next layer goes on if it reuses experience.
+  virtual Eigen::VectorXd carried_theta() const { return distribution().mean; }
+  /// What this layer gives to the next one if that reuses experience. Nothing unless a rule says
+  /// so: the next layer then starts with the initial noise.
+  virtual Inheritance inheritance(const LayerPassage& /*passage*/) const { return {}; }
 };
 
-/// The rule of the settings, at the start of a layer.
-std::unique_ptr<UpdateRule> make_update_rule(const ExplorationSettings& settings, LayerStart start);
-
-}  // namespace treeroll
+}  // namespace treeroll::explore

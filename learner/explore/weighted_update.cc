@@ -7,7 +7,7 @@
 #include "common/base/check.h"
 #include "common/base/elementary.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
 std::vector<double> pi2_weights(std::span<const ToldRollout> generation, double eliteness) {
   CHECK(!generation.empty(), "an update needs a roll-out");
@@ -64,4 +64,4 @@ SearchDistribution weighted_update(std::span<const ToldRollout> generation,
   return updated;
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -6,7 +6,7 @@
 
 #include "learner/explore/update_rule.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
 /// Weights of PI2-BB (Stulp and Sigaud 2012), for a reward r:
 ///   w_i = exp(h (r_i - r_max) / (r_max - r_min)) / sum
@@ -37,4 +37,4 @@ SearchDistribution weighted_update(std::span<const ToldRollout> generation,
                                    std::span<const double> weights,
                                    const SearchDistribution& before, const NoiseUpdate& noise);
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -12,7 +12,7 @@ namespace treeroll {
 namespace {
 
 constexpr std::size_t kFilesMax = 1000;
-constexpr std::size_t kColumnsMax = 31;
+constexpr std::size_t kUsedColumnsMax = 31;
 constexpr double kRegularisationShare = 1e-4;
 
 Demonstration cart_acceleration(SettingsReader& reader) {
@@ -45,10 +45,10 @@ Eigen::VectorXd variances(const Eigen::MatrixXd& data) {
 
 Demonstration from_files(SettingsReader& reader, const FileReader& read_file) {
   const std::vector<std::string> files = reader.strings("files", kFilesMax);
-  std::vector<std::string> columns = reader.strings("inputs", kColumnsMax);
+  std::vector<std::string> columns = reader.strings("inputs", kUsedColumnsMax);
   Demonstration result;
   result.input_dim = static_cast<int>(columns.size());
-  for (std::string& output : reader.strings("outputs", kColumnsMax + 1 - columns.size())) {
+  for (std::string& output : reader.strings("outputs", kUsedColumnsMax + 1 - columns.size())) {
     if (std::find(columns.begin(), columns.end(), output) != columns.end()) {
       reader.refuse("outputs", "must not name a column that stands among inputs or outputs");
     }

@@ -85,7 +85,7 @@ std::vector<ToldRun> what_was_told(const Study& study, const StudyResults& resul
 }
 
 /// Root of the mean variance, each in units of the element's noise variance.
-double level(const Exploration& exploration, const Eigen::VectorXd& noise_variance) {
+double level(const explore::Exploration& exploration, const Eigen::VectorXd& noise_variance) {
   return std::sqrt((exploration.noise().diagonal().array() / noise_variance.array()).mean());
 }
 
@@ -98,11 +98,11 @@ std::vector<double> levels(const Study& study, const RunRecord& record, const To
                     record.condition, record.repetition));
   };
   learner::Run run(study, record.run);
-  const ExplorationSettings& settings =
+  const explore::ExplorationSettings& settings =
       study.conditions[static_cast<std::size_t>(run.condition())].exploration;
   const auto unit = [&] {
-    const Exploration& exploration = run.exploration();
-    return fresh_start(settings, exploration.policy(exploration.layer())).noise_variance;
+    const explore::Exploration& exploration = run.exploration();
+    return explore::fresh_start(settings, exploration.policy(exploration.layer())).noise_variance;
   };
   Eigen::VectorXd noise_variance = unit();
   int layer = run.exploration().layer();
@@ -110,7 +110,7 @@ std::vector<double> levels(const Study& study, const RunRecord& record, const To
   std::vector<double> found;
   for (const Told& result : told.results) {
     if (found.size() == told.num_before_stop) run.stop();
-    for (const Draw& draw : run.take_draws()) asked.insert(draw.rollout);
+    for (const explore::Draw& draw : run.take_draws()) asked.insert(draw.rollout);
     require(asked.erase(result.number) == 1);
     run.accept(result.number, result.reward, result.status, 0);
     if (run.exploration().layer() != layer) {

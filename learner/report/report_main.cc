@@ -1,60 +1,42 @@
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
-
-#include <CLI/CLI.hpp>
-#include <exception>
-
-#include "common/base/config_error.h"
+#include "common/program/program.h"
 #include "learner/report/report.h"
-#include "learner/study/study_error.h"
 #include "learner/worker_program/process.h"
 
 namespace treeroll::report {
 namespace {
 
-constexpr int kBadInput = 2;
+void describe(CommandLine& line, ReportOptions& options) {
+  line.add("DIR", options.directories,
+           "State directories of studies; two are compared, condition by condition")
+      .required();
+  line.add("--claims", options.claims_file, "Claims (TOML) to put beside what was measured");
+  line.add("--output", options.output, "Folder of report.html, report.md and report.json")
+      .shows_default();
+  line.add("--compare", options.compare,
+           "Two conditions, each CONDITION or STUDY:CONDITION, the first claimed to be better")
+      .takes(2);
+  line.add("--worker-program", options.worker_program,
+           "Worker executable that knows the tasks: it makes the roll-outs shown "
+           "[treeroll-worker beside this one]");
+}
+
+int report(ReportOptions options) {
+  options.needs_worker_program = !options.worker_program.empty();
+  if (options.worker_program.empty()) {
+    options.worker_program = program_beside_us("treeroll-worker");
+  }
+  write_report(options);
+  return kExitDone;
+}
 
 int report_main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("report"));
-  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
-
   ReportOptions options;
-  CLI::App app{"Says what studies have found: tables, statistics and figures in one HTML file."};
-  app.set_version_flag("--version", TREEROLL_VERSION);
-  app.add_option("DIR", options.directories,
-                 "State directories of studies; two are compared, condition by condition")
-      ->required();
-  app.add_option("--claims", options.claims_file, "Claims (TOML) to put beside what was measured");
-  app.add_option("--output", options.output, "Folder of report.html, report.md and report.json")
-      ->capture_default_str();
-  app.add_option(
-         "--compare", options.compare,
-         "Two conditions, each CONDITION or STUDY:CONDITION, the first claimed to be better")
-      ->expected(2);
-  options.worker_program = program_beside_us("treeroll-worker");
-  const CLI::Option* worker_program =
-      app.add_option("--worker-program", options.worker_program,
-                     "Worker executable that knows the tasks: it makes the roll-outs shown")
-          ->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kBadInput;
-  }
-  options.needs_worker_program = worker_program->count() > 0;
-  try {
-    write_report(options);
-    return 0;
-  } catch (const StudyError& error) {
-    spdlog::error("{}", error.what());
-    return kBadInput;
-  } catch (const ConfigError& error) {
-    spdlog::error("{}", error.what());
-    return kBadInput;
-  } catch (const std::exception& error) {
-    spdlog::error("{}", error.what());
-    return 1;
-  }
+  return run_main(
+      argc, argv,
+      {.name = "treeroll-report",
+       .purpose = "Says what studies have found: tables, statistics and figures in one HTML file.",
+       .options = [&](CommandLine& line) { describe(line, options); },
+       .work = [&] { return report(options); }});
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ void check_message_sizes(const Condition& condition) {
                       fmt::format("is too large for a message: {} bytes, must be at most {}",
                                   condition.task_content.size(), kDefinitionBytesMax));
   }
-  const ExplorationSettings& exploration = condition.exploration;
+  const explore::ExplorationSettings& exploration = condition.exploration;
   for (int layer = exploration.first_layer; layer <= exploration.last_layer; ++layer) {
     check_policy(*condition.start->at_layer(layer));
   }

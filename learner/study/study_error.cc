@@ -16,7 +16,7 @@ std::string printable(std::string text) {
 }  // namespace
 
 StudyError::StudyError(const std::string& location, const ConfigError& error)
-    : std::runtime_error(printable(location + ": " + error.what())) {}
+    : BadInput(printable(location + ": " + error.what())) {}
 
 std::string origin_of(const SettingOrigins& origins, std::string key) {
   for (;;) {

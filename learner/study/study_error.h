@@ -1,9 +1,9 @@
 #pragma once
 
 #include <map>
-#include <stdexcept>
 #include <string>
 
+#include "common/base/bad_input.h"
 #include "common/base/config_error.h"
 
 namespace treeroll {
@@ -11,7 +11,7 @@ namespace treeroll {
 /// A study that cannot be used: what() is one line for a person, "FILE:LINE: KEY = VALUE: RULE",
 /// or "--set: KEY = VALUE: RULE" for a setting of the command line; parts that do not exist are
 /// left out. Control characters of the file are shown as '?'.
-class StudyError : public std::runtime_error {
+class StudyError : public BadInput {
  public:
   /// @param location  "FILE:LINE", "FILE" or "--set"
   StudyError(const std::string& location, const ConfigError& error);

@@ -154,10 +154,10 @@ Budget read_study_table(const json& settings, Study& study, json& resolved) {
   return budget;
 }
 
-ExplorationSettings read_exploration(const json& settings, const Policy& policy, Budget budget,
+explore::ExplorationSettings read_exploration(const json& settings, const Policy& policy, Budget budget,
                                      json& resolved) {
   SettingsReader reader(settings, "exploration", resolved);
-  ExplorationSettings exploration = read_exploration_settings(reader, policy);
+  explore::ExplorationSettings exploration = explore::read_exploration_settings(reader, policy);
   reader.finish();
   exploration.num_rollouts = budget.num_rollouts;
   exploration.in_flight = budget.in_flight;

@@ -82,6 +82,15 @@ TEST(IncludeRulesTest, OdeBelongsToSim) {
   EXPECT_THAT(findings("sim/a.cc", "#include <ode/ode.h>\n"), IsEmpty());
 }
 
+TEST(IncludeRulesTest, OptionsAndTheSinkOfTheLogBelongToProgram) {
+  for (const std::string include : {"<CLI/CLI.hpp>", "<spdlog/sinks/stdout_color_sinks.h>"}) {
+    EXPECT_THAT(findings("learner/app/a.cc", "#include " + include + "\n"),
+                ElementsAre(HasSubstr("common/program/program.h")));
+    EXPECT_THAT(findings("common/program/a.cc", "#include " + include + "\n"), IsEmpty());
+  }
+  EXPECT_THAT(findings("learner/app/a.cc", "#include <spdlog/spdlog.h>\n"), IsEmpty());
+}
+
 TEST(IncludeRulesTest, AHeavyLibraryIsFoundInAHeaderOnly) {
   const std::string include = "#include <nlohmann/json.hpp>\n";
   EXPECT_THAT(findings("workers/app/a.h", "#pragma once\n" + include),

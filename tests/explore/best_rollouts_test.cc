@@ -6,7 +6,7 @@
 
 #include "common/base/random_stream.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 std::vector<int> numbers(const BestRollouts& best) {
@@ -51,4 +51,4 @@ TEST(BestRolloutsTest, IsTheHeadOfTheSortedHistoryWhateverTheOrderOfArrival) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::explore

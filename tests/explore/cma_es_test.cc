@@ -10,7 +10,7 @@
 
 #include "learner/explore/perturbation.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 using Cost = std::function<double(const Eigen::VectorXd&)>;
@@ -269,4 +269,4 @@ TEST(CmaEsTest, StaysFiniteOnAPlateauAndOnASlopeWithoutEnd) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -8,7 +8,7 @@
 
 #include "common/base/random_stream.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 using ::testing::ElementsAre;
@@ -110,4 +110,4 @@ TEST(GainWindowTest, IsOneOnALineAndSaysNothingOfAPlateau) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -7,7 +7,7 @@
 #include "common/mixture/gmr.h"
 #include "trees.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 /// exp(-20 MSE) between the policy's curve and 1, 1, -1, -1 of four equal Gaussians over [0, 2].
@@ -50,8 +50,8 @@ Learnt learn(const ExplorationSettings& settings, const TreeModel& start,
 TEST(ExplorationLearningTest, ImprovesATrajectoryWithAFlatModelAndWithATree) {
   ExplorationSettings settings = settings_for_means();
   settings.num_rollouts = 300;
-  settings.first_update = settings.best_considered = 5;
-  settings.minimum_noise_fraction = 2e-2;
+  settings.rule =
+      PowerSettings{.first_update = 5, .best_considered = 5, .minimum_noise = {.fraction = 2e-2}};
   ExplorationSettings of_tree = settings;
   of_tree.last_layer = 2;
   const TreeModel flat = TreeModel::from_global(FrameKind::kCholesky, {spaced_gmm(4)}, {{}});
@@ -82,7 +82,7 @@ TEST(ExplorationLearningTest, HoldsNoMoreAfterAHundredThousandResultsThanAfterAT
   ExplorationSettings settings = settings_for_means();
   settings.num_rollouts = 101'000;
   settings.in_flight = 3;
-  settings.best_considered = 5;
+  settings.rule = PowerSettings{.best_considered = 5};
   Exploration run = run_over_means(settings, flat_tree());
   std::size_t after_a_thousand = 0;
   while (const std::optional<Draw> draw = run.ask()) {
@@ -95,4 +95,4 @@ TEST(ExplorationLearningTest, HoldsNoMoreAfterAHundredThousandResultsThanAfterAT
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::explore

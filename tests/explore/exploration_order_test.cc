@@ -5,7 +5,7 @@
 
 #include "trees.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 /// Everything that may be asked for now.
@@ -30,7 +30,7 @@ TEST(ExplorationOrderTest, DrawsRolloutIAsSoonAsIMinusInFlightPlusOneResultsAreI
     ExplorationSettings settings = settings_for_means();
     settings.num_rollouts = 10;
     settings.in_flight = expected.in_flight;
-    settings.first_update = 2;
+    settings.rule = PowerSettings{.first_update = 2};
     Exploration run = run_over_means(settings, flat_tree());
     int num_drawn = 0;
     for (int told = 0; told <= 10; ++told) {
@@ -61,7 +61,7 @@ TEST(ExplorationOrderTest, DrawsDoNotDependOnWhenTheyAreAskedFor) {
   ExplorationSettings settings = settings_for_means();
   settings.num_rollouts = 30;
   settings.in_flight = 3;
-  settings.first_update = 2;
+  settings.rule = PowerSettings{.first_update = 2};
   Exploration eager = run_over_means(settings, flat_tree());
   Exploration late = run_over_means(settings, flat_tree());
   std::vector<Draw> of_eager = ask_all(eager);
@@ -121,8 +121,8 @@ TEST(ExplorationOrderTest, FirstDrawsHaveTheInitialNoiseOfEachComponent) {
 
 TEST(ExplorationOrderTest, OneBatchToldInAnyOrderGivesTheSameUpdate) {
   ExplorationSettings settings = settings_for_means();
-  settings.in_flight = settings.first_update = 5;
-  settings.best_considered = 3;
+  settings.in_flight = 5;
+  settings.rule = PowerSettings{.first_update = 5, .best_considered = 3};
   const double rewards[] = {.2, .9, .4, .9, .4};
   const auto after = [&](const std::vector<int>& order) {
     Exploration run = run_over_means(settings, flat_tree());
@@ -199,4 +199,4 @@ TEST(ExplorationOrderDeathTest, RefusesResultsNobodyWaitsForAndRewardsThatAreNon
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -6,18 +6,38 @@
 #include <functional>
 #include <map>
 
+#include "learner/explore/cem_rule.h"
+#include "learner/explore/cma_es_rule.h"
+#include "learner/explore/pi2_rule.h"
 #include "trees.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
-ExplorationSettings population_settings(RuleKind rule, int population, int in_flight) {
+/// A rule by its word, and settings of it for generations of one size.
+struct Kind {
+  const char* name;
+  RuleSettings (*rule)(GenerationSettings generation);
+};
+
+RuleSettings pi2(GenerationSettings generation) { return Pi2Settings{.generation = generation}; }
+RuleSettings cem(GenerationSettings generation) {
+  return CemSettings{.generation = generation, .elites = std::min(5, generation.population)};
+}
+RuleSettings cma_es(GenerationSettings generation) {
+  return CmaEsRuleSettings{.generation = generation};
+}
+/// PoWER, for one batch of that size.
+RuleSettings power(GenerationSettings generation) {
+  return PowerSettings{.first_update = generation.population, .best_considered = 5};
+}
+
+constexpr Kind kPopulationRules[] = {{"pi2", pi2}, {"cem", cem}, {"cma_es", cma_es}};
+
+ExplorationSettings settings_with(const RuleSettings& rule, int in_flight) {
   ExplorationSettings settings = settings_for_means();
   settings.rule = rule;
-  settings.population = population;
-  settings.elites = std::min(settings.elites, population);
   settings.in_flight = in_flight;
-  settings.covariance_learning_rate = .5;
   return settings;
 }
 
@@ -30,11 +50,9 @@ double bump(const Eigen::VectorXd& theta) {
   return std::exp(-square);
 }
 
-constexpr RuleKind kPopulationRules[] = {RuleKind::kPi2, RuleKind::kCem, RuleKind::kCmaEs};
-
 TEST(ExplorationPopulationTest, UpdatesOnceAGenerationAndHoldsDrawsUntilItIsComplete) {
-  for (const RuleKind rule : kPopulationRules) {
-    Exploration run = run_over_means(population_settings(rule, 6, 4), flat_tree());
+  for (const Kind& kind : kPopulationRules) {
+    Exploration run = run_over_means(settings_with(kind.rule({.population = 6}), 4), flat_tree());
     std::vector<Draw> out;
     Eigen::VectorXd mean = run.mean();
     int asked = 0;
@@ -53,9 +71,9 @@ TEST(ExplorationPopulationTest, UpdatesOnceAGenerationAndHoldsDrawsUntilItIsComp
 }
 
 TEST(ExplorationPopulationTest, StaleGenerationsKeepTheFlightFull) {
-  for (const RuleKind rule : kPopulationRules) {
-    ExplorationSettings settings = population_settings(rule, 6, 4);
-    settings.complete_generations = false;
+  for (const Kind& kind : kPopulationRules) {
+    ExplorationSettings settings =
+        settings_with(kind.rule({.population = 6, .complete = false}), 4);
     settings.num_rollouts = 31;
     Exploration run = run_over_means(settings, flat_tree());
     std::vector<Draw> out;
@@ -77,24 +95,22 @@ TEST(ExplorationPopulationTest, NeitherTheOrderWithinAGenerationNorThatOfEqualRe
   const std::vector<std::function<double(const Eigen::VectorXd&)>> rewards_of = {
       bump, [](const Eigen::VectorXd& theta) { return std::ceil(40 * bump(theta)) / 40; },
       [](const Eigen::VectorXd&) { return .5; }};
-  for (const RuleKind rule : {RuleKind::kPower, RuleKind::kPi2, RuleKind::kCem, RuleKind::kCmaEs}) {
-    for (std::size_t kind = 0; kind < rewards_of.size(); ++kind) {
+  for (const Kind& kind :
+       {Kind{"power", power}, Kind{"pi2", pi2}, Kind{"cem", cem}, Kind{"cma_es", cma_es}}) {
+    const bool is_power = kind.rule == power;
+    for (std::size_t shape = 0; shape < rewards_of.size(); ++shape) {
       for (const int stride :
            {7, 3, 5}) {  // i -> stride i + 3 modulo 8, from the last to the first
-        ExplorationSettings settings = population_settings(rule, 8, 8);
-        if (rule == RuleKind::kPower) {
-          settings.population = 0;
-          settings.first_update = 8;
-          settings.best_considered = 5;
-          settings.num_rollouts = 8;  // it learns at each later result, so that their order counts
-        }
+        ExplorationSettings settings = settings_with(kind.rule({.population = 8}), 8);
+        // It learns at each later result, so that their order counts.
+        if (is_power) settings.num_rollouts = 8;
         Exploration forward = run_over_means(settings, flat_tree());
         Exploration scrambled = run_over_means(settings, flat_tree());
         const Eigen::VectorXd start = forward.mean();
-        for (int g = 0; g < (rule == RuleKind::kPower ? 1 : 5); ++g) {
+        for (int g = 0; g < (is_power ? 1 : 5); ++g) {
           std::vector<double> rewards;
           for (int i = 0; i < 8; ++i) {
-            rewards.push_back(rewards_of[kind](forward.ask()->theta));
+            rewards.push_back(rewards_of[shape](forward.ask()->theta));
             scrambled.ask();
           }
           for (int i = 0; i < 8; ++i) {
@@ -103,14 +119,14 @@ TEST(ExplorationPopulationTest, NeitherTheOrderWithinAGenerationNorThatOfEqualRe
             scrambled.tell(8 * g + other, rewards[static_cast<std::size_t>(other)],
                            RolloutStatus::kOk);
           }
-          SCOPED_TRACE(testing::Message() << "rule " << static_cast<int>(rule) << ", rewards "
-                                          << kind << ", stride " << stride << ", generation " << g);
+          SCOPED_TRACE(testing::Message() << kind.name << ", rewards " << shape << ", stride "
+                                          << stride << ", generation " << g);
           ASSERT_EQ(forward.mean(), scrambled.mean());
           ASSERT_EQ(forward.noise(), scrambled.noise());
           ASSERT_EQ(forward.best().rollout, scrambled.best().rollout);
         }
         // CMA-ES's mirrored draws of equal reward cancel: but for it, all of them have learnt.
-        if (kind < 2) {
+        if (shape < 2) {
           EXPECT_NE(forward.mean(), start);
         }
       }
@@ -120,8 +136,8 @@ TEST(ExplorationPopulationTest, NeitherTheOrderWithinAGenerationNorThatOfEqualRe
 
 TEST(ExplorationPopulationTest, MirroredDrawsAreOppositeInPairs) {
   for (const bool mirrored : {true, false}) {
-    ExplorationSettings settings = population_settings(RuleKind::kCmaEs, 6, 6);
-    settings.mirrored = mirrored;
+    const ExplorationSettings settings =
+        settings_with(CmaEsRuleSettings{.generation = {.population = 6}, .mirrored = mirrored}, 6);
     Exploration run = run_over_means(settings, flat_tree());
     const Eigen::VectorXd mean = run.mean();
     for (int pair = 0; pair < 3; ++pair) {
@@ -134,13 +150,16 @@ TEST(ExplorationPopulationTest, MirroredDrawsAreOppositeInPairs) {
 }
 
 TEST(ExplorationPopulationTest, EveryRuleLearnsTheBump) {
-  for (const RuleKind rule : kPopulationRules) {
+  for (const Kind& kind : kPopulationRules) {
     for (const bool complete : {true, false}) {
-      ExplorationSettings settings = population_settings(rule, 10, complete ? 1 : 8);
-      settings.complete_generations = complete;
-      settings.num_rollouts = 400;
+      const GenerationSettings generation{.population = 10, .complete = complete};
+      ExplorationSettings settings = settings_with(kind.rule(generation), complete ? 1 : 8);
       // The elite of a slope is narrow: without a floor CEM stops short of the top.
-      settings.minimum_noise_fraction = rule == RuleKind::kCem ? .2 : 0;
+      if (kind.rule == cem) {
+        settings.rule = CemSettings{
+            .generation = generation, .elites = 5, .noise = {.minimum = {.fraction = .2}}};
+      }
+      settings.num_rollouts = 400;
       Exploration run = run_over_means(settings, flat_tree());
       const double start = bump(run.mean());
       std::map<int, double> out;
@@ -151,14 +170,14 @@ TEST(ExplorationPopulationTest, EveryRuleLearnsTheBump) {
         run.tell(rollout, reward, RolloutStatus::kOk);
       }
       EXPECT_LT(start, .5);
-      EXPECT_GT(bump(run.mean()), .99) << static_cast<int>(rule) << complete;
+      EXPECT_GT(bump(run.mean()), .99) << kind.name << complete;
     }
   }
 }
 
 TEST(ExplorationPopulationTest, AGenerationWithoutRewardTeachesNothing) {
-  for (const RuleKind rule : kPopulationRules) {
-    Exploration run = run_over_means(population_settings(rule, 4, 1), flat_tree());
+  for (const Kind& kind : kPopulationRules) {
+    Exploration run = run_over_means(settings_with(kind.rule({.population = 4}), 1), flat_tree());
     const Eigen::VectorXd mean = run.mean();
     const Eigen::MatrixXd noise = run.noise();
     for (int i = 0; i < 20; ++i) {
@@ -171,8 +190,8 @@ TEST(ExplorationPopulationTest, AGenerationWithoutRewardTeachesNothing) {
 }
 
 TEST(ExplorationPopulationTest, ASwitchGoesOnFromTheBestRolloutWithProjectedNoise) {
-  for (const RuleKind rule : kPopulationRules) {
-    ExplorationSettings settings = population_settings(rule, 6, 1);
+  for (const Kind& kind : kPopulationRules) {
+    ExplorationSettings settings = settings_with(kind.rule({.population = 6}), 1);
     settings.convergence_window = 10;
     settings.last_layer = 2;
     Exploration run = run_over_means(settings, two_layer_tree());
@@ -205,7 +224,7 @@ TEST(ExplorationPopulationTest, ASwitchGoesOnFromTheBestRolloutWithProjectedNois
 
 TEST(ExplorationStopTest, StopsAtTheTargetAndTakesInWhatIsStillOut) {
   ExplorationSettings settings = settings_for_means();
-  settings.first_update = settings.best_considered = 2;
+  settings.rule = PowerSettings{.first_update = 2, .best_considered = 2};
   settings.in_flight = 3;
   settings.stop_at_reward = .9;
   Exploration run = run_over_means(settings, flat_tree());
@@ -243,8 +262,7 @@ TEST(ExplorationStopTest, AFailedRolloutReachesNoTarget) {
 TEST(ExplorationStopTest, StopsWhenTheLastLayerHasConvergedIfTheStudySaysSo) {
   for (const bool stops : {true, false}) {
     ExplorationSettings settings = settings_for_means();
-    settings.first_update = 5;
-    settings.best_considered = 2;
+    settings.rule = PowerSettings{.first_update = 5, .best_considered = 2};
     settings.convergence_window = 10;
     settings.last_layer = 2;
     settings.stop_on_convergence = stops;
@@ -262,4 +280,4 @@ TEST(ExplorationStopTest, StopsWhenTheLastLayerHasConvergedIfTheStudySaysSo) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -6,9 +6,12 @@
 
 #include "common/base/config_error.h"
 #include "common/base/settings_reader.h"
+#include "learner/explore/cem_rule.h"
+#include "learner/explore/cma_es_rule.h"
+#include "learner/explore/pi2_rule.h"
 #include "trees.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 using nlohmann::json;
@@ -28,14 +31,13 @@ TEST(ExplorationSettingsTest, DefaultsToTable43AndToEveryLayerOfTheTree) {
   json resolved;
   const ExplorationSettings settings = read(kTable, resolved);
   ExplorationSettings expected;
-  expected.first_update = 10;
-  expected.best_considered = 2;
+  expected.rule = PowerSettings{.first_update = 10,
+                                .best_considered = 2,
+                                .minimum_noise = {.fraction = 5e-3, .decay_start = 0}};
   expected.convergence_window = 20;
   expected.convergence_slope = 0;
   expected.noise_variance = {.01, .3, .02};
   expected.initial_noise_factor = 1;
-  expected.minimum_noise_fraction = 5e-3;
-  expected.minimum_noise_decay_start = 0;
   expected.reuse = true;
   expected.first_layer = 1;
   expected.last_layer = 2;
@@ -60,16 +62,15 @@ TEST(ExplorationSettingsTest, ReadsEveryKey) {
   json resolved;
   const ExplorationSettings settings = read(table, resolved, ThetaLayout::kMeans);
   ExplorationSettings expected;
-  expected.first_update = 6;
-  expected.best_considered = 5;
+  expected.rule =
+      PowerSettings{.first_update = 6,
+                    .best_considered = 5,
+                    .minimum_noise = {.fraction = .02, .decay_start = 50, .decay_power = 2}};
   expected.convergence_window = 10;
   expected.convergence_slope = 1e-3;
   expected.convergence_gain = .3;
   expected.noise_variance = {.1, 1};
   expected.initial_noise_factor = .03;
-  expected.minimum_noise_fraction = .02;
-  expected.minimum_noise_decay_start = 50;
-  expected.minimum_noise_decay_power = 2;
   expected.reuse = false;
   expected.first_layer = 2;
   expected.last_layer = 2;
@@ -87,13 +88,9 @@ TEST(ExplorationSettingsTest, ReadsTheKeysOfEachRule) {
                 {"noise_decay", .9},    {"minimum_noise_fraction", 0},
                 {"stop_at_reward", .9}, {"stop_on_convergence", true}};
   ExplorationSettings pi2;
-  pi2.rule = RuleKind::kPi2;
-  pi2.population = 30;
-  pi2.complete_generations = false;
-  pi2.eliteness = 7;
-  pi2.covariance_learning_rate = .25;
-  pi2.noise_decay = .9;
-  pi2.minimum_noise_fraction = 0;
+  pi2.rule = Pi2Settings{.generation = {.population = 30, .complete = false},
+                         .eliteness = 7,
+                         .noise = {.learning_rate = .25, .decay = .9, .minimum = {.fraction = 0}}};
   pi2.noise_variance = {.1, 1};
   pi2.stop_at_reward = .9;
   pi2.stop_on_convergence = true;
@@ -101,22 +98,16 @@ TEST(ExplorationSettingsTest, ReadsTheKeysOfEachRule) {
   EXPECT_EQ(read(table, resolved, ThetaLayout::kMeans), pi2);
 
   ExplorationSettings cem;
-  cem.rule = RuleKind::kCem;
-  cem.population = 4;
-  cem.elites = 3;
-  cem.minimum_noise_fraction = 0;
+  cem.rule = CemSettings{
+      .generation = {.population = 4}, .elites = 3, .noise = {.minimum = {.fraction = 0}}};
   cem.noise_variance = {.1, 1};
   cem.last_layer = 2;
   table = {{"rule", "cem"}, {"noise_variance", {.1, 1}}, {"population", 4}, {"elites", 3}};
   EXPECT_EQ(read(table, resolved, ThetaLayout::kMeans), cem);
 
   ExplorationSettings cma_es;
-  cma_es.rule = RuleKind::kCmaEs;
-  cma_es.population = 12;
-  cma_es.active = false;
-  cma_es.mirrored = false;
-  cma_es.rate_factor = 5;
-  cma_es.sensitivity_coordinates = true;
+  cma_es.rule = CmaEsRuleSettings{
+      .generation = {.population = 12}, .active = false, .mirrored = false, .rate_factor = 5};
   cma_es.initial_step = .1;
   cma_es.last_layer = 2;
   table = {{"rule", "cma_es"}, {"active", false},    {"mirrored", false},
@@ -230,16 +221,16 @@ TEST(ExplorationSettingsTest, RefusesLayersInTheWrongOrderAndAMissingNoise) {
 }
 
 TEST(MinimumNoiseDecayTest, StartsAfterItsStartWithItsPower) {
-  ExplorationSettings settings;
-  EXPECT_EQ(minimum_noise_decay(settings, 1'000'000), 1);
-  settings.minimum_noise_decay_start = 50;
-  EXPECT_EQ(minimum_noise_decay(settings, 1), 1);
-  EXPECT_EQ(minimum_noise_decay(settings, 50), 1);
-  EXPECT_NEAR(minimum_noise_decay(settings, 51), 50. / 51, 1e-15);
-  EXPECT_NEAR(minimum_noise_decay(settings, 200), .25, 1e-15);
-  settings.minimum_noise_decay_power = 2;
-  EXPECT_NEAR(minimum_noise_decay(settings, 200), .0625, 1e-15);
+  MinimumNoise minimum;
+  EXPECT_EQ(minimum_noise_decay(minimum, 1'000'000), 1);
+  minimum.decay_start = 50;
+  EXPECT_EQ(minimum_noise_decay(minimum, 1), 1);
+  EXPECT_EQ(minimum_noise_decay(minimum, 50), 1);
+  EXPECT_NEAR(minimum_noise_decay(minimum, 51), 50. / 51, 1e-15);
+  EXPECT_NEAR(minimum_noise_decay(minimum, 200), .25, 1e-15);
+  minimum.decay_power = 2;
+  EXPECT_NEAR(minimum_noise_decay(minimum, 200), .0625, 1e-15);
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -9,7 +9,7 @@
 #include "learner/explore/convergence.h"
 #include "trees.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 /// Asks for all that may be drawn; returns the layer of each by number.
@@ -19,7 +19,7 @@ void ask_all(Exploration& run, std::vector<int>& layers) {
 
 ExplorationSettings two_layers(int first_update, int window, int in_flight) {
   ExplorationSettings settings = settings_for_means();
-  settings.first_update = first_update;
+  settings.rule = PowerSettings{.first_update = first_update};
   settings.convergence_window = window;
   settings.in_flight = in_flight;
   settings.last_layer = 2;
@@ -213,7 +213,7 @@ TEST(ExplorationSwitchTest, ALateResultOfALeftLayerIsRecordedAndNeverLearntFrom)
 
 TEST(ExplorationLearnTest, LearnsFirstAtSInitResultsThenAtEachOne) {
   ExplorationSettings settings = settings_for_means();
-  settings.first_update = 4;
+  settings.rule = PowerSettings{.first_update = 4};
   Exploration run = run_over_means(settings, flat_tree());
   std::vector<int> layers;
   const Eigen::VectorXd start = run.mean();
@@ -229,7 +229,7 @@ TEST(ExplorationLearnTest, LearnsFirstAtSInitResultsThenAtEachOne) {
 
 TEST(ExplorationLearnTest, AFailedRolloutCountsWithRewardZeroWhateverItSays) {
   ExplorationSettings settings = settings_for_means();
-  settings.first_update = settings.best_considered = 2;
+  settings.rule = PowerSettings{.first_update = 2, .best_considered = 2};
   Exploration failing = run_over_means(settings, flat_tree());
   Exploration zero = run_over_means(settings, flat_tree());
   std::vector<int> layers;
@@ -263,7 +263,7 @@ TEST(ExplorationLearnTest, RewardsOfZeroChangeNothing) {
 
 TEST(ExplorationLearnTest, TheBestOfTheWholeHistoryWeighInEachUpdate) {
   ExplorationSettings settings = settings_for_means();
-  settings.first_update = settings.best_considered = 2;
+  settings.rule = PowerSettings{.first_update = 2, .best_considered = 2};
   settings.num_rollouts = 500;
   Exploration run = run_over_means(settings, flat_tree());
   std::vector<Eigen::VectorXd> thetas;
@@ -276,10 +276,9 @@ TEST(ExplorationLearnTest, TheBestOfTheWholeHistoryWeighInEachUpdate) {
 
 TEST(ExplorationLearnTest, TheMinimumNoiseDecaysWithTheResultsOfTheRun) {
   ExplorationSettings settings = settings_for_means();
-  settings.first_update = settings.best_considered = 1;
+  settings.rule = PowerSettings{
+      .first_update = 1, .best_considered = 1, .minimum_noise = {.fraction = .1, .decay_start = 5}};
   settings.initial_noise_factor = 3;  // of the initial noise alone
-  settings.minimum_noise_fraction = .1;
-  settings.minimum_noise_decay_start = 5;
   Exploration run = run_over_means(settings, flat_tree());
   const Eigen::Vector4d variance(.01, .04, .01, .04);
   for (int i = 0; i < 20; ++i) {
@@ -295,9 +294,8 @@ TEST(ExplorationLearnTest, TheMinimumNoiseDecaysWithTheResultsOfTheRun) {
 
 TEST(ExplorationLearnTest, TheDecayGoesOnAcrossASwitch) {
   ExplorationSettings settings = two_layers(1, 2, 1);
-  settings.best_considered = 1;
-  settings.minimum_noise_fraction = .1;
-  settings.minimum_noise_decay_start = 1;
+  settings.rule = PowerSettings{
+      .first_update = 1, .best_considered = 1, .minimum_noise = {.fraction = .1, .decay_start = 1}};
   Exploration run = run_over_means(settings, two_layer_tree());
   std::vector<int> layers;
   for (int i = 0; i < 4; ++i) {
@@ -311,4 +309,4 @@ TEST(ExplorationLearnTest, TheDecayGoesOnAcrossASwitch) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 RandomStream stream_of(std::uint32_t rollout) {
@@ -65,4 +65,4 @@ TEST(PerturbationDeathTest, RefusesWhatIsNoCovariance) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -6,7 +6,7 @@
 
 #include "common/base/random_stream.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 TEST(PowerUpdateTest, IsTheWeightedMeanAndSpreadComputedByHand) {
@@ -93,4 +93,4 @@ TEST(PowerUpdateTest, GivesNothingIfTheBestWeighNothing) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace treeroll {
+namespace treeroll::explore {
 
 Gmm spaced_gmm(int num_components) {
   const double spacing = 2.0 / num_components;
@@ -44,4 +44,4 @@ Exploration run_over_means(const ExplorationSettings& settings, TreeModel start,
   return {settings, TreePolicy(std::move(start), 1, ThetaLayout::kMeans), 7, repetition};
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

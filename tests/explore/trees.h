@@ -3,7 +3,7 @@
 #include "common/policy/tree/tree_policy.h"
 #include "learner/explore/exploration.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
 /// Gaussians with means (time, 0) equally spaced over [0, 2], one input and one output.
 Gmm spaced_gmm(int num_components);
@@ -24,4 +24,4 @@ ExplorationSettings settings_for_means();
 Exploration run_over_means(const ExplorationSettings& settings, TreeModel start,
                            std::uint32_t repetition = 0);
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

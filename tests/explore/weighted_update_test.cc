@@ -7,7 +7,7 @@
 
 #include "common/base/random_stream.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 ToldRollout member(int rollout, double reward, const Eigen::VectorXd& theta,
@@ -119,4 +119,4 @@ TEST(WeightedUpdateTest, CemOnALinearRewardMovesByTheSelectionIntensity) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::explore

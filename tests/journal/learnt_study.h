@@ -84,7 +84,7 @@ struct Arrival {
 /// One run on its way.
 struct RunUnderWay {
   learner::Run run;
-  std::vector<Draw> asked = {};
+  std::vector<explore::Draw> asked = {};
   std::size_t num_told = 0;
   std::vector<double> noise = {};  ///< after each result applied; NaN where the next came with it
 };
@@ -95,12 +95,12 @@ inline void learn(RunUnderWay& learning, std::size_t results, const Arrival& arr
   learner::Run& run = learning.run;
   while (learning.num_told < results) {
     if (arrival.seed || learning.asked.empty()) {
-      for (Draw& draw : run.take_draws()) learning.asked.push_back(std::move(draw));
+      for (explore::Draw& draw : run.take_draws()) learning.asked.push_back(std::move(draw));
     }
     if (learning.asked.empty()) return;
     const std::size_t place =
         (arrival.seed ? order() : std::size_t{learning.asked.size() - 1}) % learning.asked.size();
-    const Draw draw = learning.asked[place];
+    const explore::Draw draw = learning.asked[place];
     learning.asked.erase(learning.asked.begin() + static_cast<std::ptrdiff_t>(place));
     // Rewards fall as the run goes on, so that layers converge.
     const double reward = .5 / (draw.rollout + 2) * std::exp(-draw.theta.squaredNorm());

@@ -31,11 +31,10 @@ inline PolicyPtr small_policy(double offset = 0) {
 
 inline Study small_study(int num_rollouts, int repetitions, int in_flight = 1) {
   Condition condition{"flat", R"({"name":"bump","settings":{}})", small_policy(),
-                      ExplorationSettings{}};
+                      explore::ExplorationSettings{}};
   condition.exploration.num_rollouts = num_rollouts;
   condition.exploration.in_flight = in_flight;
-  condition.exploration.first_update = 5;
-  condition.exploration.best_considered = 3;
+  condition.exploration.rule = explore::PowerSettings{.first_update = 5, .best_considered = 3};
   condition.exploration.noise_variance = {.02, .02};
   Study study;
   study.name = "small";

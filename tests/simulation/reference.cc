@@ -17,7 +17,7 @@ std::vector<RunRecord> faultless_records(const Study& study, const VirtualTask& 
     };
     stop_if_due();
     while (!run.done()) {
-      for (const Draw& draw : run.take_draws()) {
+      for (const explore::Draw& draw : run.take_draws()) {
         const protocol::RolloutKey key{index, draw.rollout};
         const std::vector<double> theta(draw.theta.data(), draw.theta.data() + draw.theta.size());
         num_applied += run.accept(draw.rollout, task.reward(key, theta), task.status(key), 0);

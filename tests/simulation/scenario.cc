@@ -26,13 +26,16 @@ enum Purpose : std::uint32_t {
 Condition quick_condition(Dice& dice, int index) {
   const bool is_deep = dice.chance(.2);
   Condition condition{"condition" + std::to_string(index), kTaskContent,
-                      std::make_shared<TreePolicy>(is_deep ? three_layer_tree() : two_layer_tree(),
-                                                   1, ThetaLayout::kMeans),
-                      settings_for_means()};
-  ExplorationSettings& exploration = condition.exploration;
+                      std::make_shared<TreePolicy>(
+                          is_deep ? explore::three_layer_tree() : explore::two_layer_tree(), 1,
+                          ThetaLayout::kMeans),
+                      explore::settings_for_means()};
+  explore::ExplorationSettings& exploration = condition.exploration;
   exploration.num_rollouts = is_deep ? dice.between(28, 36) : dice.between(14, 30);
-  exploration.first_update = dice.between(2, 4);
-  exploration.best_considered = dice.between(1, exploration.first_update);
+  explore::PowerSettings power;
+  power.first_update = dice.between(2, 4);
+  power.best_considered = dice.between(1, power.first_update);
+  exploration.rule = power;
   exploration.convergence_window = dice.between(3, 6);
   exploration.convergence_slope = dice.chance(.8) ? kAnySlope : .01;
   exploration.last_layer = condition.start->num_layers();

@@ -14,16 +14,21 @@ struct Part {
 };
 
 /// The seeds of a part: TREEROLL_SIMULATION_SEED is the one to repeat, TREEROLL_SIMULATION_SEEDS
-/// how many there are in all; else 1 .. `count`.
+/// how many there are in all; else `count`, from 1. With TREEROLL_SIMULATION_FRESH=N the second
+/// half begins at N: `deploy/test` takes it from the commit, so that every change meets new ones.
 inline std::vector<std::uint64_t> seeds(std::uint64_t count, Part part = {}) {
-  std::uint64_t first = 1;
   if (const char* one = std::getenv("TREEROLL_SIMULATION_SEED")) {
-    first = count = std::stoull(one);
-  } else if (const char* many = std::getenv("TREEROLL_SIMULATION_SEEDS")) {
-    count = std::stoull(many);
+    const std::uint64_t seed = std::stoull(one);
+    if (seed % part.count != part.index) return {};
+    return {seed};
   }
+  if (const char* many = std::getenv("TREEROLL_SIMULATION_SEEDS")) count = std::stoull(many);
+  const char* fresh = std::getenv("TREEROLL_SIMULATION_FRESH");
+  const std::uint64_t num_known = fresh != nullptr ? count - count / 2 : count;
+  const std::uint64_t first_fresh = fresh != nullptr ? std::stoull(fresh) : 0;
   std::vector<std::uint64_t> mine;
-  for (std::uint64_t seed = first; seed <= count; ++seed) {
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::uint64_t seed = i < num_known ? i + 1 : first_fresh + (i - num_known);
     if (seed % part.count == part.index) mine.push_back(seed);
   }
   return mine;

@@ -225,7 +225,7 @@ void SimulatedLearner::note_time(const LearningTime& time) {
 /// ended.
 void SimulatedLearner::check_ends(protocol::RolloutKey key) {
   const auto run = static_cast<std::size_t>(key.run);
-  const ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
+  const explore::ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
   if (key.number == learner::Run::kEvaluation) {
     observer_.require(ends_ || num_applied_[run] == exploration.num_rollouts,
                       "a run is evaluated that has not ended");
@@ -244,7 +244,7 @@ void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
   for (const protocol::RolloutRequest& request : batch.rollouts) {
     const protocol::RolloutKey key = request.key;
     observer_.require(!answered_.contains(key), "an answered roll-out is asked for");
-    const ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
+    const explore::ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
     const int applied = num_applied_[static_cast<std::size_t>(key.run)];
     observer_.require(key.number < exploration.num_rollouts,
                       "a roll-out past the budget is asked for");

@@ -242,7 +242,7 @@ void Simulation::check_outcome(int index) {
   observer_.require(ends.keys.size() == expected, "the journal has not each answer once");
   observer_.require(ends.num_results == expected, "the journal has an answer twice");
   for (const RunRecord& run : records) {
-    const ExplorationSettings& exploration = condition_of(study, run.run).exploration;
+    const explore::ExplorationSettings& exploration = condition_of(study, run.run).exploration;
     const int num_drawn =
         ends.time_was_up
             ? std::min(exploration.num_rollouts,

@@ -11,8 +11,8 @@
 namespace treeroll::simulation {
 namespace {
 
-/// About a minute of processor time; TREEROLL_SIMULATION_SEEDS asks for more.
-constexpr std::uint64_t kNumSeeds = 20'000;
+/// Half a minute of processor time; TREEROLL_SIMULATION_SEEDS asks for more.
+constexpr std::uint64_t kNumSeeds = 10'000;
 constexpr std::uint64_t kNumParts = 4;
 
 class MixOfFaultsTest : public ::testing::TestWithParam<std::uint64_t> {};

@@ -40,15 +40,14 @@ TEST(ShippedStudiesTest, Thesis43IsTable43) {
     EXPECT_EQ(condition.start->num_layers(), num_layers[i]) << condition.name;
     EXPECT_EQ(tree_policy(*condition.start).tree().finest().num_components(), 4) << condition.name;
     EXPECT_EQ(tree_policy(*condition.start).layout(), ThetaLayout::kMeansCholesky);
-    ExplorationSettings table_4_3;
+    explore::ExplorationSettings table_4_3;
     table_4_3.num_rollouts = 200;
-    table_4_3.first_update = 10;
-    table_4_3.best_considered = 2;
+    table_4_3.rule = explore::PowerSettings{
+        .first_update = 10, .best_considered = 2, .minimum_noise = {.fraction = 5e-3}};
     table_4_3.convergence_window = 20;
     table_4_3.convergence_slope = 0;
     table_4_3.noise_variance = {.01, .3, .02};
     table_4_3.initial_noise_factor = 1;
-    table_4_3.minimum_noise_fraction = 5e-3;
     table_4_3.first_layer = first_layer[i];
     table_4_3.last_layer = last_layer[i];
     EXPECT_EQ(condition.exploration, table_4_3) << condition.name;
@@ -84,16 +83,16 @@ TEST(ShippedStudiesTest, Thesis41And42AreTables41And42) {
         EXPECT_NEAR(tree_policy(*condition.start).tree().layer(1)[0].covariance(0, 0),
                     duration_s * duration_s / 32, 1e-14);
       }
-      const ExplorationSettings& e = condition.exploration;
+      const explore::ExplorationSettings& e = condition.exploration;
       EXPECT_EQ(e.num_rollouts, 400);
-      EXPECT_EQ(e.first_update, 5);
-      EXPECT_EQ(e.best_considered, 5);
+      EXPECT_EQ(e.rule,
+                (explore::PowerSettings{
+                    .first_update = 5, .best_considered = 5, .minimum_noise = {.fraction = .01}}));
       EXPECT_EQ(e.convergence_window, 20);
       EXPECT_EQ(e.convergence_slope, 0);
       EXPECT_EQ(e.noise_variance,
                 study == &first ? (std::vector<double>{.05, 1}) : (std::vector<double>{.1, 1, .1}));
       EXPECT_EQ(e.initial_noise_factor, .1);
-      EXPECT_EQ(e.minimum_noise_fraction, .01);
       EXPECT_EQ(e.first_layer, 1);
       EXPECT_EQ(e.last_layer, is_flat || is_layer_1 ? 1 : 2);
     }
@@ -111,13 +110,16 @@ TEST(ShippedStudiesTest, TheNoiseStudiesHaveTheGridsOfTables41And42) {
     ASSERT_EQ(minimum.conditions.size(), 6 * base.conditions.size());
     ASSERT_EQ(initial.conditions.size(), 6 * base.conditions.size());
     for (std::size_t i = 0; i < minimum.conditions.size(); ++i) {
-      ExplorationSettings expected = base.conditions[i / 6].exploration;
+      explore::ExplorationSettings expected = base.conditions[i / 6].exploration;
       expected.initial_noise_factor = 1;
-      expected.minimum_noise_fraction = fractions[i % 6];
+      explore::PowerSettings power{.first_update = 5, .best_considered = 5};
+      power.minimum_noise.fraction = fractions[i % 6];
+      expected.rule = power;
       EXPECT_EQ(minimum.conditions[i].exploration, expected) << minimum.conditions[i].name;
       EXPECT_TRUE(minimum.conditions[i].name.starts_with(base.conditions[i / 6].name));
       expected.initial_noise_factor = factors[i % 6];
-      expected.minimum_noise_fraction = 1e-2;
+      power.minimum_noise.fraction = 1e-2;
+      expected.rule = power;
       EXPECT_EQ(initial.conditions[i].exploration, expected) << initial.conditions[i].name;
     }
   }
@@ -127,7 +129,7 @@ TEST(ShippedStudiesTest, TheReuseStudyDiffersInReuseAlone) {
   const Study study = load_study(kStudies / "thesis_4_1_reuse.toml", {}).study;
   ASSERT_EQ(study.conditions.size(), 4u * 6 * 2);
   for (std::size_t i = 0; i < study.conditions.size(); i += 2) {
-    ExplorationSettings with = study.conditions[i].exploration;
+    explore::ExplorationSettings with = study.conditions[i].exploration;
     EXPECT_TRUE(with.reuse);
     with.reuse = false;
     EXPECT_EQ(with, study.conditions[i + 1].exploration);
@@ -149,9 +151,9 @@ TEST(ShippedStudiesTest, TheSpiralComparesTwoLayoutsOfOneStart) {
   // Table A-1.
   for (const auto& condition : study.conditions) {
     EXPECT_EQ(condition.exploration.num_rollouts, 1000);
-    EXPECT_EQ(condition.exploration.first_update, 20);
-    EXPECT_EQ(condition.exploration.best_considered, 10);
-    EXPECT_EQ(condition.exploration.minimum_noise_fraction, 1e-3);
+    EXPECT_EQ(condition.exploration.rule,
+              (explore::PowerSettings{
+                  .first_update = 20, .best_considered = 10, .minimum_noise = {.fraction = 1e-3}}));
     EXPECT_EQ(condition.exploration.noise_variance, (std::vector<double>{.15, .5, .5, .1, .1}));
   }
 }

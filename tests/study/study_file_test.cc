@@ -95,7 +95,7 @@ exploration.first_update = 4
   EXPECT_EQ(tree_policy(*flat.start).layout(), ThetaLayout::kMeans);
   EXPECT_EQ(flat.exploration.num_rollouts, 7);
   EXPECT_EQ(flat.exploration.in_flight, 3);
-  EXPECT_EQ(flat.exploration.first_update, 4);
+  EXPECT_EQ(flat.exploration.rule, explore::PowerSettings{.first_update = 4});
   EXPECT_THAT(flat.task_content, HasSubstr("\"step_s\":0.01"));
   EXPECT_EQ(study.conditions[0].exploration.num_rollouts, 30);
   EXPECT_EQ(study.conditions[0].start->num_layers(), 2);

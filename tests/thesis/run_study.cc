@@ -37,11 +37,11 @@ class Tasks {
 RunRecord learn(const Study& study, int index, Tasks& tasks) {
   learner::Run run(study, index);
   Task& task = tasks.get(study.conditions[run.condition()].task_content);
-  std::deque<Draw> draws;
+  std::deque<explore::Draw> draws;
   while (!run.done()) {
-    for (Draw& more : run.take_draws()) draws.push_back(std::move(more));
+    for (explore::Draw& more : run.take_draws()) draws.push_back(std::move(more));
     CHECK(!draws.empty(), "a run that is not done wants nothing");
-    const Draw next = std::move(draws.front());
+    const explore::Draw next = std::move(draws.front());
     draws.pop_front();
     const auto seed = static_cast<std::uint64_t>(
         RandomStream(study.seed, static_cast<std::uint32_t>(run.repetition()),

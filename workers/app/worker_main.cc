@@ -1,16 +1,14 @@
 #include "workers/app/worker_main.h"
 
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
-#include <iostream>
 #include <thread>
 
 #include "common/base/config_error.h"
+#include "common/program/program.h"
 #include "common/protocol/limits.h"
 #include "common/transport/bus.h"
 #include "workers/app/evaluate_policy.h"
@@ -48,25 +46,19 @@ int read_processes(const std::string& text) {
   return number;
 }
 
-void log_to_standard_error() {
-  auto logger = spdlog::stderr_logger_st("treeroll-worker");
-  logger->set_pattern("%Y-%m-%d %H:%M:%S.%e worker[%P] %l: %v");
-  spdlog::set_default_logger(std::move(logger));
-}
-
 int serve(const Options& options) {
   WorkerSettings settings;
   settings.num_evaluators = read_processes(options.processes);
   settings.worker_id = random_id();
   settings.host = host_name();
   settings.pid = getpid();
-  settings.version = TREEROLL_VERSION;
+  settings.version = program_version();
   settings.numeric_class = numeric_class();
   const std::string url = transport::resolve_url(options.lcm_url);
   auto daemon = WorkerDaemon::open(url, settings);
   if (!daemon) {
     spdlog::error("{}", daemon.error().message);
-    return 2;
+    return kExitBadInput;
   }
   spdlog::info("worker {:x} with {} evaluators on {}", settings.worker_id, settings.num_evaluators,
                url);
@@ -75,50 +67,42 @@ int serve(const Options& options) {
   return status;
 }
 
+void describe(CommandLine& line, Options& options) {
+  line.add("--processes", options.processes, "Evaluator processes; default: one for each core");
+  line.add("--lcm-url", options.lcm_url,
+           "Where the learners are; default: LCM_DEFAULT_URL, else LCM's own, this host");
+  line.add("--describe-task", options.describe_task,
+           "Read {\"name\": ..., \"settings\": {...}} from standard input, print what the task "
+           "says of itself or what is wrong, and end");
+  line.add("--evaluate", options.evaluate,
+           "Read {\"task\": {...}, \"policy\": TEXT, \"seed\": 0, \"trace\": false} from standard "
+           "input, print the policy's reward, and end; treeroll-evaluate is more convenient");
+  line.add("--evaluator", options.evaluator_socket, "").hidden();
+  line.add("--parent", options.parent_pid, "").hidden();
+}
+
+int work(const Options& options, const TaskRegistry& registry) {
+  if (options.evaluator_socket >= 0) {
+    return run_evaluator(registry, options.evaluator_socket, options.parent_pid);
+  }
+  if (options.evaluate) return evaluate_policy(registry);
+  if (options.describe_task) return describe_task(registry);
+  return serve(options);
+}
+
 }  // namespace
 }  // namespace treeroll::worker
 
 namespace treeroll {
 
 int worker_main(int argc, char** argv, const TaskRegistry& registry) {
-  worker::log_to_standard_error();
   worker::Options options;
-  CLI::App app("Evaluates roll-outs for the learners on an LCM network.", "treeroll-worker");
-  app.set_version_flag("--version", std::string("treeroll-worker ") + TREEROLL_VERSION);
-  app.add_option("--processes", options.processes,
-                 "Evaluator processes; default: one for each core");
-  app.add_option("--lcm-url", options.lcm_url,
-                 "Where the learners are; default: LCM_DEFAULT_URL, else LCM's own, this host");
-  app.add_flag("--describe-task", options.describe_task,
-               "Read {\"name\": ..., \"settings\": {...}} from standard input, print what the task "
-               "says of itself or what is wrong, and end");
-  app.add_flag(
-      "--evaluate", options.evaluate,
-      "Read {\"task\": {...}, \"policy\": TEXT, \"seed\": 0, \"trace\": false} from standard "
-      "input, print the policy's reward, and end; treeroll-evaluate is more convenient");
-  app.add_option("--evaluator", options.evaluator_socket)->group("");
-  app.add_option("--parent", options.parent_pid)->group("");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    std::cerr << "treeroll-worker: " << error.what() << "\n";
-    return 2;
-  }
-  try {
-    if (options.evaluator_socket >= 0) {
-      return worker::run_evaluator(registry, options.evaluator_socket, options.parent_pid);
-    }
-    if (options.evaluate) return worker::evaluate_policy(registry);
-    if (options.describe_task) return worker::describe_task(registry);
-    return worker::serve(options);
-  } catch (const ConfigError& error) {
-    std::cerr << "treeroll-worker: " << error.what() << "\n";
-    return 2;
-  } catch (const std::exception& error) {
-    std::cerr << "treeroll-worker: " << error.what() << "\n";
-    return 1;
-  }
+  return run_main(argc, argv,
+                  {.name = "treeroll-worker",
+                   .purpose = "Evaluates roll-outs for the learners on an LCM network.",
+                   .log_name = "worker",
+                   .options = [&](CommandLine& line) { worker::describe(line, options); },
+                   .work = [&] { return worker::work(options, registry); }});
 }
 
 }  // namespace treeroll

@@ -8,13 +8,13 @@
 #include "common/base/check.h"
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
+#include "workers/tasks/setting_rules.h"
 #include "workers/tasks/swing_up_task.h"
 #include "workers/tasks/time_settings.h"
 
 namespace treeroll {
 namespace {
 
-constexpr NumberRule kAngle{.min = -1000, .max = 1000};
 constexpr NumberRule kAcceleration{.min = 0, .max = 1e6, .min_allowed = false};
 constexpr int kStateDim = 6;
 

@@ -8,13 +8,12 @@
 #include "common/base/check.h"
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
+#include "workers/tasks/setting_rules.h"
 #include "workers/tasks/time_settings.h"
 #include "workers/tasks/trace.h"
 
 namespace treeroll {
 namespace {
-
-constexpr NumberRule kAngle{.min = -1000, .max = 1000};
 
 /// Cart, joint and tip, (B-2). The cart is as large as the eye likes it: the plant's has no size.
 Pose pose(const sim::DoublePendulum& links, const sim::CartPendulumState& s) {

@@ -20,7 +20,7 @@ namespace treeroll {
 namespace {
 
 constexpr int kDimMax = 64;
-constexpr NumberRule kFraction{.min = 0, .max = 1};
+constexpr NumberRule kFailureFraction{.min = 0, .max = 1};
 /// Where the policy is asked, along each input from the target's.
 constexpr double kProbeOffsets[] = {-1, -.5, 0, .5, 1};
 constexpr std::int64_t kDurationMaxUs = std::int64_t{3600} * 1'000'000;
@@ -50,10 +50,10 @@ SyntheticTask::SyntheticTask(SettingsReader& settings)
       duration_us_(settings.integer("duration_us", 0, kDurationMaxUs, 0)),
       mode_(settings.choice("mode", {"burn", "sleep"}, "burn") == "burn" ? Mode::kBurn
                                                                          : Mode::kSleep),
-      fail_fraction_(settings.number("fail_fraction", kFraction, 0)),
-      hang_fraction_(settings.number("hang_fraction", kFraction, 0)),
-      crash_fraction_(settings.number("crash_fraction", kFraction, 0)),
-      noise_deviation_(settings.number("noise_deviation", kFraction, 0)),
+      fail_fraction_(settings.number("fail_fraction", kFailureFraction, 0)),
+      hang_fraction_(settings.number("hang_fraction", kFailureFraction, 0)),
+      crash_fraction_(settings.number("crash_fraction", kFailureFraction, 0)),
+      noise_deviation_(settings.number("noise_deviation", kFailureFraction, 0)),
       time_limit_s_(read_time_limit_s(settings)) {
   const std::size_t target_size = input_dim_ + output_dim_ + input_dim_ * output_dim_;
   target_ = settings.numbers("target", kAnyNumber, target_size, target_size,

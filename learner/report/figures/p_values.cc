@@ -21,14 +21,14 @@ double evidence(double p) {
 }
 
 /// p over roll-outs of every pair of a group.
-struct Panel {
+struct PValuePanel {
   std::string title;
   std::vector<std::string> labels;
   std::vector<std::vector<double>> p;  ///< by pair
 };
 
-Panel panel_of(const StudyResults& study, const ConditionGroup& group) {
-  Panel panel{.title = group.name.empty() ? study.name : group.name, .labels = {}, .p = {}};
+PValuePanel panel_of(const StudyResults& study, const ConditionGroup& group) {
+  PValuePanel panel{.title = group.name.empty() ? study.name : group.name, .labels = {}, .p = {}};
   for (std::size_t a = 0; a < group.conditions.size(); ++a) {
     for (std::size_t b = a + 1; b < group.conditions.size(); ++b) {
       panel.labels.push_back(group.labels[a] + " over " + group.labels[b]);
@@ -40,19 +40,19 @@ Panel panel_of(const StudyResults& study, const ConditionGroup& group) {
   return panel;
 }
 
-Plot page_of(const std::vector<Panel>& panels) {
+Plot page_of(const std::vector<PValuePanel>& panels) {
   std::size_t length = 0;
-  for (const Panel& panel : panels) {
+  for (const PValuePanel& panel : panels) {
     for (const auto& p : panel.p) length = std::max(length, p.size());
   }
-  const bool same_labels = std::all_of(panels.begin(), panels.end(), [&](const Panel& panel) {
+  const bool same_labels = std::all_of(panels.begin(), panels.end(), [&](const PValuePanel& panel) {
     return panel.labels == panels.front().labels;
   });
   PanelGrid grid{.commands = {}, .labels = {}, .panel_height_px = 340};
   if (same_labels) grid.labels = panels.front().labels;
   Plot plot;
   std::size_t index = 0;
-  for (const Panel& panel : panels) {
+  for (const PValuePanel& panel : panels) {
     std::string lines;
     for (std::size_t pair = 0; pair < panel.p.size(); ++pair, ++index) {
       plot.data += "# rollout p evidence\n";
@@ -90,7 +90,7 @@ Plot page_of(const std::vector<Panel>& panels) {
 }  // namespace
 
 Figures p_values(const StudyResults& study, const std::vector<ConditionGroup>& groups) {
-  std::vector<Panel> panels;
+  std::vector<PValuePanel> panels;
   std::vector<std::string> too_many;
   std::vector<std::string> too_few_runs;
   for (const ConditionGroup& group : groups) {

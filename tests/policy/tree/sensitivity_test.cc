@@ -7,7 +7,7 @@
 #include "common/mixture/gmr.h"
 #include "tests/explore/trees.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 TEST(SensitivityTest, OfOneGaussianIsTheSlopeOfALine) {
@@ -55,4 +55,4 @@ TEST(SensitivityTest, IsInTheUnitsOfTheOutput) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::explore
