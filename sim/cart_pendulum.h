@@ -39,8 +39,9 @@ using StateVisitor =
 /// A plant: a state and an input in, states over time out. Knows no policy and no reward.
 ///
 ///   sim::Rk4Plant plant(sim::DoublePendulum{}, 1e-3);
-///   auto end = plant.simulate(start, 2.5, input, [](double, const auto&, double) { return true;
-///   }); if (!end) ...  // diverged
+///   const auto go_on = [](double, const CartPendulumState&, double) { return true; };
+///   const auto end = plant.simulate(start, 2.5, input, go_on);
+///   if (!end) ...  // diverged
 ///
 /// One thread at a time. A simulation does not depend on the ones before it: the same start and
 /// input give the same bits.

@@ -18,8 +18,8 @@ namespace treeroll::protocol {
 using WorkerId = std::int64_t;
 using LearnerId = std::int64_t;
 
-/// One roll-out of one run. Roll-outs of the budget are numbered 0 .. N-1; evaluations of the mean
-/// policy, outside the budget, are numbered -1, -2, ...
+/// One roll-out of one run. Roll-outs of the budget are numbered 0 .. N-1; the evaluation of the
+/// mean policy, outside the budget, is number -1.
 struct RolloutKey {
   std::int32_t run = 0;
   std::int32_t number = 0;

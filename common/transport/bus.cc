@@ -3,14 +3,9 @@
 #include <utility>
 
 #include "common/base/check.h"
-#include "common/protocol/limits.h"
 #include "common/transport/lcm_bus.h"
 
 namespace treeroll::transport {
-
-std::size_t Bus::batch_bytes_max() const {
-  return crosses_hosts() ? protocol::kBatchBytesRemoteMax : protocol::kBatchBytesLocalMax;
-}
 
 Result<std::unique_ptr<Bus>> open_bus(Loop& loop, BusOptions options) {
   CHECK(options.channels.empty() || options.on_message, "channels without on_message");

@@ -9,25 +9,11 @@
 
 #include "common/base/result.h"
 #include "common/protocol/messages.h"
+#include "common/transport/channel.h"
 
 namespace treeroll::transport {
 
 class Loop;
-
-/// One per message type; the channel names are in lcmtypes/README.md and channel_name().
-enum class Channel {
-  kRolloutBatch,
-  kRewardBatch,
-  kWorkerStatus,
-  kTaskDefinition,
-  kPolicyDefinition,
-  kDefinitionRequest,
-  kDefinitionReport,
-  kLearnerStatus,
-  kRunStatus,
-  kBestPolicy,
-};
-const char* channel_name(Channel channel);
 
 /// What the bus has seen; all counts since it was opened.
 struct BusStatistics {
@@ -50,11 +36,9 @@ class Bus {
   /// in the statistics: the protocol survives loss.
   virtual void publish(const protocol::Message& message) = 0;
   virtual BusStatistics statistics() const = 0;
-  /// True when messages leave this host (udpm with ttl > 0, tcpq).
-  virtual bool crosses_hosts() const = 0;
   /// What to fill a batch to while it holds more than one roll-out: one Ethernet frame where
   /// datagrams cross hosts, so that no fragment can be lost alone.
-  virtual std::size_t batch_bytes_max() const;
+  virtual std::size_t batch_bytes_max() const = 0;
 };
 
 struct BusOptions {

@@ -1,32 +1,38 @@
-#include "common/base/check.h"
-#include "common/transport/bus.h"
+#include "common/transport/channel.h"
+
+#include <array>
+#include <cstddef>
+#include <utility>
+
+#include "common/transport/wire_fields.h"
 
 namespace treeroll::transport {
+namespace {
+
+using protocol::Message;
+
+template <std::size_t... I>
+constexpr auto channel_names(std::index_sequence<I...>) {
+  using wire::Fields;
+  static_assert(
+      ((Fields<std::variant_alternative_t<I, Message>>::kChannel == static_cast<Channel>(I)) &&
+       ...),
+      "the alternatives of Message stand in the order of Channel");
+  static_assert((std::string_view(Fields<std::variant_alternative_t<I, Message>>::kChannelName)
+                     .starts_with(kChannelPrefix) &&
+                 ...),
+                "the kernel's filter lets no other name pass");
+  return std::array{Fields<std::variant_alternative_t<I, Message>>::kChannelName...};
+}
+
+constexpr auto kChannelNames = channel_names(std::make_index_sequence<kNumChannels>());
+
+}  // namespace
 
 const char* channel_name(Channel channel) {
-  switch (channel) {
-    case Channel::kRolloutBatch:
-      return "TREEROLL_ROLLOUTS";
-    case Channel::kRewardBatch:
-      return "TREEROLL_REWARDS";
-    case Channel::kWorkerStatus:
-      return "TREEROLL_WORKERS";
-    case Channel::kTaskDefinition:
-      return "TREEROLL_TASKS";
-    case Channel::kPolicyDefinition:
-      return "TREEROLL_POLICIES";
-    case Channel::kDefinitionRequest:
-      return "TREEROLL_REQUESTS";
-    case Channel::kDefinitionReport:
-      return "TREEROLL_REPORTS";
-    case Channel::kLearnerStatus:
-      return "TREEROLL_LEARNER";
-    case Channel::kRunStatus:
-      return "TREEROLL_RUNS";
-    case Channel::kBestPolicy:
-      return "TREEROLL_BEST";
-  }
-  CHECK(false, "a Channel outside its enumeration");
+  return kChannelNames.at(static_cast<std::size_t>(channel));
 }
+
+Channel channel_of(const Message& message) { return static_cast<Channel>(message.index()); }
 
 }  // namespace treeroll::transport

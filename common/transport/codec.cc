@@ -112,26 +112,20 @@ Result<Message> decode_as(std::span<const std::byte> bytes) {
   return Message(std::move(message));
 }
 
-// Alternatives of Message stand in the order of Channel.
-constexpr std::size_t kNumMessages = std::variant_size_v<Message>;
-static_assert(kNumMessages == static_cast<std::size_t>(Channel::kBestPolicy) + 1);
-
 /// Calls `function` with the message type of a channel: function.template operator()<M>().
 template <class Answer, class Function>
 Answer with_type_of(Channel channel, Function function) {
   return [&]<std::size_t... I>(std::index_sequence<I...>) {
     using Entry = Answer (*)(Function&);
-    static constexpr std::array<Entry, kNumMessages> kEntries = {[](Function& f) -> Answer {
+    static constexpr std::array<Entry, kNumChannels> kEntries = {[](Function& f) -> Answer {
       return f.template operator()<std::variant_alternative_t<I, Message>>();
     }...};
     return kEntries.at(static_cast<std::size_t>(channel))(function);
   }
-  (std::make_index_sequence<kNumMessages>());
+  (std::make_index_sequence<kNumChannels>());
 }
 
 }  // namespace
-
-Channel channel_of(const Message& message) { return static_cast<Channel>(message.index()); }
 
 std::vector<std::byte> encode(const Message& message) {
   return std::visit(

@@ -8,11 +8,9 @@
 
 #include "common/base/result.h"
 #include "common/protocol/messages.h"
-#include "common/transport/bus.h"
+#include "common/transport/channel.h"
 
 namespace treeroll::transport {
-
-Channel channel_of(const protocol::Message& message);
 
 /// The bytes of the message's LCM type (fingerprint first, 16 MAC bytes last, zero). What breaks a
 /// limit is encoded too: decode() and refusal() say so.

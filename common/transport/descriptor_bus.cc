@@ -2,11 +2,9 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/time.h>
-#include <sys/timerfd.h>
-#include <unistd.h>
 
+#include <chrono>
 #include <csignal>
-#include <cstdint>
 #include <utility>
 
 #include "common/base/check.h"
@@ -21,7 +19,7 @@ namespace {
 constexpr int kQueueCapacity = 10000;
 /// Messages taken in one go before timers and other descriptors get their turn.
 constexpr int kMessagesPerTurn = 256;
-constexpr int kReconnectSeconds = 2;
+constexpr Duration kReconnectPeriod = std::chrono::seconds(2);
 /// liblcm reads and writes whole messages. A server that stops amid one costs so much, and then
 /// the connection, not the daemon.
 constexpr timeval kMessageTimeMax{1, 0};
@@ -48,10 +46,6 @@ class DescriptorBus final : public LcmBus {
 
   ~DescriptorBus() override {
     if (watched_ >= 0) loop_.forget(watched_);
-    if (retry_timer_ >= 0) {
-      loop_.forget(retry_timer_);
-      close(retry_timer_);
-    }
   }
 
   /// Empty if the bus is connected, otherwise why not.
@@ -122,25 +116,20 @@ class DescriptorBus final : public LcmBus {
     if (watched_ >= 0) loop_.forget(watched_);
     watched_ = descriptor;
     if (watched_ >= 0) loop_.watch(watched_, [this] { drain(); });
-    if (is_lost() && retry_timer_ < 0) start_retrying();
+    if (is_lost()) retry_.set(loop_.now() + kReconnectPeriod);
   }
 
-  void start_retrying() {
-    retry_timer_ = timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK);
-    CHECK(retry_timer_ >= 0, "no timerfd");
-    const itimerspec period{{kReconnectSeconds, 0}, {kReconnectSeconds, 0}};
-    CHECK(timerfd_settime(retry_timer_, 0, &period, nullptr) == 0, "timerfd_settime");
-    loop_.watch(retry_timer_, [this] {
-      std::uint64_t num_expirations = 0;
-      if (read(retry_timer_, &num_expirations, sizeof num_expirations) < 0 || !is_lost()) return;
-      if (const auto problem = open()) statistics_.last_publish_error = *problem;
-    });
+  void retry() {
+    const auto problem = open();
+    if (!problem) return;
+    statistics_.last_publish_error = *problem;
+    retry_.set(loop_.now() + kReconnectPeriod);
   }
 
   Loop& loop_;
   std::vector<Subscription> subscriptions_;
   int watched_ = -1;
-  int retry_timer_ = -1;
+  Timer retry_{loop_, [this] { retry(); }};
   bool has_failed_ = false;
 };
 

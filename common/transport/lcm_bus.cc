@@ -38,19 +38,6 @@ std::optional<std::string> LcmBus::send(Channel channel, const std::vector<std::
                      errno == 0 ? "liblcm does not say why" : std::strerror(errno));
 }
 
-bool LcmBus::crosses_hosts() const {
-  switch (url_.provider) {
-    case Provider::kUdpm:
-      return url_.ttl > 0;
-    case Provider::kTcpq:
-      return true;
-    case Provider::kMemq:
-    case Provider::kFile:
-      return false;
-  }
-  return true;
-}
-
 std::size_t LcmBus::batch_bytes_max() const {
   // Small batches are for datagrams, whose fragments are lost one by one.
   const bool fragments = url_.provider == Provider::kUdpm && url_.ttl > 0;

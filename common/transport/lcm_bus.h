@@ -27,7 +27,6 @@ class LcmBus : public Bus {
  public:
   void publish(const protocol::Message& message) final;
   BusStatistics statistics() const override { return statistics_; }
-  bool crosses_hosts() const override;
   std::size_t batch_bytes_max() const override;
 
  protected:

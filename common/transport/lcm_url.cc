@@ -164,13 +164,11 @@ class Reader {
     result.provider = Provider::kFile;
     if (network.empty()) return refuse("the path of a log must follow file://");
     if (auto error = allow(options, {"mode", "speed", "start_timestamp"})) return error;
-    if (const auto mode = options.find("mode"); mode != options.end()) {
-      if (mode->second != "r" && mode->second != "w" && mode->second != "a") {
-        return refuse("mode \"{}\" must be r, w or a", mode->second);
-      }
-      result.writes_file = mode->second != "r";
+    const auto mode = options.find("mode");
+    if (mode == options.end() || std::set<std::string>{"r", "w", "a"}.contains(mode->second)) {
+      return std::nullopt;
     }
-    return std::nullopt;
+    return refuse("mode \"{}\" must be r, w or a", mode->second);
   }
 
   const std::string& url_;

@@ -22,7 +22,6 @@ struct LcmUrl {
   std::uint16_t port = 0;
   int ttl = 0;                   ///< udpm: 0 stays on this host
   int receive_buffer_bytes = 0;  ///< udpm: asked of the kernel, which may clip it
-  bool writes_file = false;      ///< file: mode=w or mode=a
 };
 
 /// udpm without recv_buf_size: room for a burst of a few hundred full batches.

@@ -66,8 +66,6 @@ struct Loop::Implementation {
   // One thread: Asio need not lock.
   asio::io_context context{1};
   asio::executor_work_guard<asio::io_context::executor_type> work{context.get_executor()};
-  asio::steady_timer timer{context};
-  std::uint64_t timer_generation = 0;
   std::list<Signals> signals;
   std::map<int, std::shared_ptr<Watch>> watches;
 };
@@ -89,20 +87,6 @@ void Loop::run() {
 }
 
 void Loop::stop() { implementation_->context.stop(); }
-
-void Loop::set_timer(TimePoint deadline, std::function<void()> callback) {
-  // Cancelling is too late for a handler that is queued already: it sees its generation is over.
-  const std::uint64_t generation = ++implementation_->timer_generation;
-  implementation_->timer.cancel();
-  if (deadline == TimePoint::max()) return;
-  implementation_->timer.expires_at(
-      std::chrono::steady_clock::time_point(deadline.time_since_epoch()));
-  implementation_->timer.async_wait(
-      [this, generation, callback = std::move(callback)](const error_code& error) {
-        if (error || generation != implementation_->timer_generation) return;
-        callback();
-      });
-}
 
 void Loop::on_signals(std::initializer_list<int> signals,
                       std::function<void(int signal)> callback) {
@@ -136,5 +120,36 @@ void Loop::after_ready_events(std::function<void()> callback) {
     asio::post(implementation_->context, std::move(callback));
   });
 }
+
+/// Handlers of Asio hold it too, so that a callback may destroy its own timer.
+struct Timer::State {
+  asio::steady_timer timer;
+  std::function<void()> on_due;
+  TimePoint deadline = TimePoint::max();
+  std::uint64_t generation = 0;
+};
+
+Timer::Timer(Loop& loop, std::function<void()> on_due)
+    : state_(std::make_shared<State>(
+          State{asio::steady_timer(loop.implementation_->context), std::move(on_due)})) {}
+
+Timer::~Timer() { set(TimePoint::max()); }
+
+void Timer::set(TimePoint deadline) {
+  if (deadline == state_->deadline) return;
+  state_->deadline = deadline;
+  // Cancelling is too late for a handler that is queued already: it sees its generation is over.
+  const std::uint64_t generation = ++state_->generation;
+  state_->timer.cancel();
+  if (deadline == TimePoint::max()) return;
+  state_->timer.expires_at(std::chrono::steady_clock::time_point(deadline.time_since_epoch()));
+  state_->timer.async_wait([state = state_, generation](const error_code& error) {
+    if (error || generation != state->generation) return;
+    state->deadline = TimePoint::max();
+    state->on_due();
+  });
+}
+
+bool Timer::is_set() const { return state_->deadline != TimePoint::max(); }
 
 }  // namespace treeroll::transport

@@ -8,8 +8,8 @@
 
 namespace treeroll::transport {
 
-/// The event loop of a daemon: one thread, one timer, descriptors and signals (Boost.Asio behind
-/// it, kept out of this header). Callbacks run one at a time inside run() and must not throw.
+/// The event loop of a daemon: one thread, timers, descriptors and signals (Boost.Asio behind it,
+/// kept out of this header). Callbacks run one at a time inside run() and must not throw.
 class Loop {
  public:
   Loop();
@@ -24,8 +24,6 @@ class Loop {
   void run();
   void stop();
 
-  /// Runs `callback` once at `deadline`, never at TimePoint::max(); replaces what was set before.
-  void set_timer(TimePoint deadline, std::function<void()> callback);
   /// Runs `callback` on each of these signals instead of their default action.
   void on_signals(std::initializer_list<int> signals, std::function<void(int signal)> callback);
   /// Runs `callback` whenever `descriptor` is readable, until forget(descriptor). The loop does
@@ -36,8 +34,28 @@ class Loop {
   void after_ready_events(std::function<void()> callback);
 
  private:
+  friend class Timer;
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;
+};
+
+/// One deadline in a loop, which must outlive it. A daemon has one for each thing it waits for.
+class Timer {
+ public:
+  /// @param on_due  runs once for each deadline that comes; may set the timer again or destroy it
+  Timer(Loop& loop, std::function<void()> on_due);
+  ~Timer();
+  Timer(const Timer&) = delete;
+  Timer& operator=(const Timer&) = delete;
+
+  /// Replaces the deadline that was set before; TimePoint::max() is never.
+  void set(TimePoint deadline);
+  /// A deadline is to come.
+  bool is_set() const;
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
 };
 
 }  // namespace treeroll::transport

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/transport/bus.h"
+#include "common/transport/channel.h"
 
 namespace treeroll::transport {
 
@@ -27,9 +27,7 @@ std::optional<ShortFrame> read_short_frame(std::span<const std::byte> datagram);
 
 /// Program for the kernel (SO_ATTACH_FILTER on a UDP socket) that passes only short messages on
 /// these channels: what one does not want never wakes this process. With no channels, nothing
-/// passes. Precondition: all names begin with kChannelPrefix.
+/// passes.
 std::vector<sock_filter> short_frame_filter(std::span<const Channel> channels);
-
-inline constexpr std::string_view kChannelPrefix = "TREEROLL";
 
 }  // namespace treeroll::transport

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <type_traits>
-#include <variant>
 
 #include "common/protocol/limits.h"
 #include "common/protocol/messages.h"
+#include "common/transport/channel.h"
 #include "treeroll/best_policy_t.hpp"
 #include "treeroll/definition_report_t.hpp"
 #include "treeroll/definition_request_t.hpp"
@@ -17,9 +17,10 @@
 #include "treeroll/worker_status_t.hpp"
 
 /// The one place that says which field of an LCM type is which field of a message, and the rule
-/// for it. Each `visit` names the fields in the order in which lcm-gen writes them; the visitor
-/// copies one way (codec.cc), or the other, or checks the raw bytes (wire_check.h). A field that
-/// is forgotten or out of order fails the round trip of every message in tests/transport.
+/// for it; and, of a message, on which channel it travels. Each `visit` names the fields in the
+/// order in which lcm-gen writes them; the visitor copies one way (codec.cc), or the other, or
+/// checks the raw bytes (wire_check.h). A field that is forgotten or out of order fails the round
+/// trip of every message in tests/transport.
 ///
 /// What a visitor is asked, with the field's name, the message's field and the LCM field:
 ///   count        an integer that is not negative
@@ -76,6 +77,8 @@ struct Fields<protocol::Acknowledgement> {
 template <>
 struct Fields<protocol::RolloutBatch> {
   using Wire = rollout_batch_t;
+  static constexpr Channel kChannel = Channel::kRolloutBatch;
+  static constexpr const char* kChannelName = "TREEROLL_ROLLOUTS";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("learner_id", m.learner_id, w.learner_id);
     v.bounded("sequence", m.sequence, w.sequence, protocol::kRunningNumberMax);
@@ -102,6 +105,8 @@ struct Fields<protocol::RolloutResult> {
 template <>
 struct Fields<protocol::RewardBatch> {
   using Wire = reward_batch_t;
+  static constexpr Channel kChannel = Channel::kRewardBatch;
+  static constexpr const char* kChannelName = "TREEROLL_REWARDS";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("worker_id", m.worker_id, w.worker_id);
     v.count("learner_id", m.learner_id, w.learner_id);
@@ -129,6 +134,8 @@ struct Fields<protocol::HeldRollouts> {
 template <>
 struct Fields<protocol::WorkerStatus> {
   using Wire = worker_status_t;
+  static constexpr Channel kChannel = Channel::kWorkerStatus;
+  static constexpr const char* kChannelName = "TREEROLL_WORKERS";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("worker_id", m.worker_id, w.worker_id);
     v.text("host", m.host, w.host, protocol::kStringBytesMax);
@@ -153,6 +160,8 @@ struct Fields<protocol::WorkerStatus> {
 template <>
 struct Fields<protocol::TaskDefinition> {
   using Wire = task_definition_t;
+  static constexpr Channel kChannel = Channel::kTaskDefinition;
+  static constexpr const char* kChannelName = "TREEROLL_TASKS";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("learner_id", m.learner_id, w.learner_id);
     v.hash("task_id", m.task_id, w.task_id);
@@ -164,6 +173,8 @@ struct Fields<protocol::TaskDefinition> {
 template <>
 struct Fields<protocol::PolicyDefinition> {
   using Wire = policy_definition_t;
+  static constexpr Channel kChannel = Channel::kPolicyDefinition;
+  static constexpr const char* kChannelName = "TREEROLL_POLICIES";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("learner_id", m.learner_id, w.learner_id);
     v.hash("policy_id", m.policy_id, w.policy_id);
@@ -175,6 +186,8 @@ struct Fields<protocol::PolicyDefinition> {
 template <>
 struct Fields<protocol::DefinitionRequest> {
   using Wire = definition_request_t;
+  static constexpr Channel kChannel = Channel::kDefinitionRequest;
+  static constexpr const char* kChannelName = "TREEROLL_REQUESTS";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("worker_id", m.worker_id, w.worker_id);
     v.count("learner_id", m.learner_id, w.learner_id);
@@ -189,6 +202,8 @@ struct Fields<protocol::DefinitionRequest> {
 template <>
 struct Fields<protocol::DefinitionReport> {
   using Wire = definition_report_t;
+  static constexpr Channel kChannel = Channel::kDefinitionReport;
+  static constexpr const char* kChannelName = "TREEROLL_REPORTS";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("worker_id", m.worker_id, w.worker_id);
     v.count("learner_id", m.learner_id, w.learner_id);
@@ -202,6 +217,8 @@ struct Fields<protocol::DefinitionReport> {
 template <>
 struct Fields<protocol::LearnerStatus> {
   using Wire = learner_status_t;
+  static constexpr Channel kChannel = Channel::kLearnerStatus;
+  static constexpr const char* kChannelName = "TREEROLL_LEARNER";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("learner_id", m.learner_id, w.learner_id);
     v.text("study", m.study, w.study, protocol::kStringBytesMax);
@@ -229,6 +246,8 @@ struct Fields<protocol::LearnerStatus> {
 template <>
 struct Fields<protocol::RunStatus> {
   using Wire = run_status_t;
+  static constexpr Channel kChannel = Channel::kRunStatus;
+  static constexpr const char* kChannelName = "TREEROLL_RUNS";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("learner_id", m.learner_id, w.learner_id);
     v.count("run", m.run, w.run);
@@ -252,6 +271,8 @@ struct Fields<protocol::RunStatus> {
 template <>
 struct Fields<protocol::BestPolicy> {
   using Wire = best_policy_t;
+  static constexpr Channel kChannel = Channel::kBestPolicy;
+  static constexpr const char* kChannelName = "TREEROLL_BEST";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("learner_id", m.learner_id, w.learner_id);
     v.count("run", m.run, w.run);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -18,6 +17,7 @@
 #include "common/files/whole_file.h"
 #include "common/program/program.h"
 #include "common/program/standard_output.h"
+#include "common/protocol/timings.h"
 #include "common/transport/bus.h"
 #include "common/transport/loop.h"
 #include "learner/app/local_worker.h"
@@ -36,9 +36,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using transport::Channel;
-
-/// How long an accepted result may wait for stable storage, and its worker for the acknowledgement.
-constexpr Duration kSyncPeriod = std::chrono::milliseconds(10);
 
 /// A fresh name for this incarnation: answers to an earlier one cannot pass.
 protocol::LearnerId draw_learner_id() {
@@ -90,12 +87,11 @@ class LearnerDaemon : private learner::EffectHandler {
     loop_.on_signals({SIGINT, SIGTERM}, [this](int signal) { stop(signal); });
     if (options_.local_workers > 0) {
       loop_.on_signals({SIGCHLD}, [this](int) {
-        if (local_worker_) local_worker_->watch(loop_.now());
+        if (local_worker_) watch_local_worker();
       });
       local_worker_.emplace(options_, loop_.now());
     }
     step(learner::RecoveryFinished{});
-    on_timer();
     loop_.run();
     if (failure_) std::rethrow_exception(failure_);
     if (core_->outcome() == learner::LearnerCore::Outcome::kFailed) {
@@ -131,15 +127,13 @@ class LearnerDaemon : private learner::EffectHandler {
     });
   }
 
-  void on_timer() {
-    if (local_worker_) local_worker_->watch(loop_.now());
-    if (sync_at_ && loop_.now() >= *sync_at_) sync();
-    if (loop_.now() >= core_->next_deadline()) step(learner::TimerFired{});
-    set_timer();
+  void watch_local_worker() {
+    local_worker_->watch(loop_.now());
+    restart_timer_.set(local_worker_->next_start());
   }
 
   void sync() {
-    sync_at_.reset();
+    sync_timer_.set(TimePoint::max());
     try {
       journal_->sync();
     } catch (const std::runtime_error&) {
@@ -158,7 +152,7 @@ class LearnerDaemon : private learner::EffectHandler {
       return fail();
     }
     if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return loop_.stop();
-    set_timer();
+    core_timer_.set(core_->next_deadline());
   }
 
   void append(const AcceptedResult& result) override { journal_->append(result, wall_time_us()); }
@@ -167,7 +161,7 @@ class LearnerDaemon : private learner::EffectHandler {
 
   void flush() override {
     journal_->flush();
-    if (!sync_at_) sync_at_ = loop_.now() + kSyncPeriod;
+    if (!sync_timer_.is_set()) sync_timer_.set(loop_.now() + protocol::kSyncPeriod);
   }
 
   void send(const protocol::Message& message) override {
@@ -189,12 +183,6 @@ class LearnerDaemon : private learner::EffectHandler {
     }
   }
 
-  void set_timer() {
-    TimePoint deadline = core_->next_deadline();
-    if (sync_at_) deadline = std::min(deadline, *sync_at_);
-    loop_.set_timer(deadline, [this] { on_timer(); });
-  }
-
   /// A learner that cannot write must not go on; called inside a catch.
   void fail() {
     failure_ = std::current_exception();
@@ -207,6 +195,9 @@ class LearnerDaemon : private learner::EffectHandler {
   }
 
   transport::Loop loop_;
+  transport::Timer core_timer_{loop_, [this] { step(learner::TimerFired{}); }};
+  transport::Timer sync_timer_{loop_, [this] { sync(); }};
+  transport::Timer restart_timer_{loop_, [this] { watch_local_worker(); }};
   learner::LearnerSettings settings_;
   const LearnerOptions& options_;
   std::unique_ptr<transport::Bus> bus_;
@@ -214,7 +205,6 @@ class LearnerDaemon : private learner::EffectHandler {
   std::optional<JournalWriter> journal_;
   std::optional<LocalWorker> local_worker_;
   ProgressLine progress_;
-  std::optional<TimePoint> sync_at_;
   bool answer_is_due_ = false;
   bool is_stopping_ = false;
   std::exception_ptr failure_;

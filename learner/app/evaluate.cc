@@ -60,7 +60,7 @@ std::size_t choose_condition(const Study& study, const std::string& name) {
   return 0;
 }
 
-void check_dims(const Policy& policy, const TaskFacts& task, const fs::path& file) {
+void check_dims(const Policy& policy, const TaskDescription& task, const fs::path& file) {
   if (policy.input_dim() == task.input_dim && policy.output_dim() == task.output_dim) return;
   throw ConfigError(
       "POLICY", file.string(),
@@ -91,7 +91,7 @@ void evaluate_policy(const EvaluateOptions& options) {
   const LoadedStudy loaded = load_study(options.study_file, options.overrides);
   const std::size_t chosen = choose_condition(loaded.study, options.condition);
   const Condition& condition = loaded.study.conditions[chosen];
-  const TaskFacts task = [&] {
+  const TaskDescription task = [&] {
     try {
       return describe_task(condition.task_content, options.worker_program);
     } catch (const ConfigError& error) {

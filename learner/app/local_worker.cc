@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "common/protocol/timings.h"
 #include "learner/worker_program/process.h"
 
 namespace treeroll {
@@ -16,8 +17,6 @@ namespace {
 constexpr Duration kQuickEnd = std::chrono::seconds(2);
 constexpr Duration kPauseMin = std::chrono::seconds(1);
 constexpr Duration kPauseMax = std::chrono::seconds(30);
-/// Longer than a worker waits for its last answers to be acknowledged.
-constexpr std::chrono::milliseconds kGrace{6000};
 
 }  // namespace
 
@@ -26,7 +25,9 @@ LocalWorker::LocalWorker(const LearnerOptions& options, TimePoint now) : options
 }
 
 LocalWorker::~LocalWorker() {
-  if (child_ > 0) end_child(child_, kGrace);
+  if (child_ > 0)
+    end_child(child_,
+              std::chrono::duration_cast<std::chrono::milliseconds>(protocol::kLocalWorkerGrace));
 }
 
 bool LocalWorker::start(TimePoint now) {

@@ -21,9 +21,11 @@ class LocalWorker {
   LocalWorker(const LocalWorker&) = delete;
   LocalWorker& operator=(const LocalWorker&) = delete;
 
-  /// Looks whether it has died and whether to start it again; to be called on SIGCHLD and now and
-  /// then. Does not throw.
+  /// Looks whether it has died and whether to start it again; to be called on SIGCHLD and at
+  /// next_start(). Does not throw.
   void watch(TimePoint now);
+  /// TimePoint::max() while it runs.
+  TimePoint next_start() const { return start_at_.value_or(TimePoint::max()); }
 
  private:
   bool start(TimePoint now);

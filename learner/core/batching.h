@@ -7,9 +7,6 @@
 
 namespace treeroll::learner {
 
-/// Bytes of a request inside a batch, as its LCM type encodes it.
-std::size_t encoded_bytes(const protocol::RolloutRequest& request);
-
 /// As few messages as hold everything in order, none beyond `bytes_max` unless one roll-out alone
 /// is larger, none past the counts of common/protocol/limits.h. No message if there is nothing.
 /// Learner and sequence are left for the caller to fill in.

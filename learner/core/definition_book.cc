@@ -1,6 +1,7 @@
 #include "learner/core/definition_book.h"
 
 #include "common/base/check.h"
+#include "common/protocol/timings.h"
 
 namespace treeroll::learner {
 
@@ -26,7 +27,8 @@ bool DefinitionBook::may_publish(const ContentHash& id, TimePoint now) {
   const auto found = definitions_.find(id);
   if (found == definitions_.end()) return false;
   Definition& definition = found->second;
-  if (definition.published && now < definition.published_at + kPause) return false;
+  if (definition.published && now < definition.published_at + protocol::kPublicationPause)
+    return false;
   definition.published = true;
   definition.published_at = now;
   return true;

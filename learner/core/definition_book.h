@@ -21,10 +21,8 @@ class DefinitionBook {
   const std::string* find(const ContentHash& id) const;
 
   /// True, and noted, if the definition may be published: it is in the book and was not published
-  /// within the last kPause, however many workers ask.
+  /// within the last kPublicationPause, however many workers ask.
   bool may_publish(const ContentHash& id, TimePoint now);
-
-  static constexpr Duration kPause = std::chrono::milliseconds(20);
 
  private:
   struct Definition {

@@ -4,17 +4,15 @@
 #include <cmath>
 #include <utility>
 
+#include "common/protocol/timings.h"
+
 namespace treeroll::learner {
 namespace {
 
 using protocol::WorkerId;
 
 constexpr Duration kLeaseUnknown = std::chrono::seconds(1);
-constexpr Duration kLeaseMin = std::chrono::milliseconds(10);
 constexpr Duration kLeaseMax = std::chrono::hours(24);
-/// A worker heard of within two of its slowest heartbeats is alive; the others get nothing until
-/// they are heard again.
-constexpr Duration kAlive = std::chrono::milliseconds(600);
 /// Roll-outs queued at an evaluator cover this much of the network's delay, and of the time in
 /// which a lost message is noticed and sent again.
 constexpr double kCoveredDelaySeconds = 20e-3;
@@ -93,7 +91,7 @@ class Candidates {
 
   int room(const Seat& seat) const {
     const WorkerEntry& worker = *seat.worker;
-    if (!worker.usable() || worker.last_heard + kAlive <= now_) return 0;
+    if (!worker.usable() || worker.last_heard + protocol::kWorkerAlive <= now_) return 0;
     return std::min(window(worker, rollout_time_s_) - static_cast<int>(seat.num_leased),
                     worker.free_slots);
   }
@@ -136,7 +134,7 @@ Duration lease_duration(const WorkerEntry& worker, std::size_t num_leased, doubl
       rollout_time_s * static_cast<double>(num_leased + 1) / worker.num_evaluators;
   const double lease_s = 4 * std::max(*worker.answer_time_s, queued_s);
   if (lease_s >= to_seconds(kLeaseMax)) return kLeaseMax;
-  return std::max(kLeaseMin,
+  return std::max(protocol::kLeaseMin,
                   std::chrono::duration_cast<Duration>(std::chrono::duration<double>(lease_s)));
 }
 

@@ -3,9 +3,9 @@
 #include <map>
 #include <vector>
 
+#include "common/base/task_description.h"
 #include "common/base/time.h"
 #include "learner/core/ledger.h"
-#include "learner/core/task_facts.h"
 #include "learner/core/worker_table.h"
 
 namespace treeroll::learner {
@@ -15,7 +15,7 @@ struct DispatchFacts {
   TimePoint now;
   double rollout_time_s = 0;  ///< running mean over all answers; 0 while none is known
   /// Tasks whose description is known; the others wait.
-  const std::map<ContentHash, TaskFacts>* tasks = nullptr;
+  const std::map<ContentHash, TaskDescription>* tasks = nullptr;
 };
 
 /// How many roll-outs may be at a worker at once: enough that no evaluator waits for the network,

@@ -7,11 +7,11 @@
 
 #include "common/base/check.h"
 #include "common/base/random_stream.h"
+#include "common/protocol/timings.h"
 
 namespace treeroll::learner {
 namespace {
 
-constexpr Duration kStatusPeriod = std::chrono::seconds(1);
 /// How long roll-outs under way are waited for when the learner is asked to stop.
 constexpr Duration kStopGrace = std::chrono::seconds(5);
 
@@ -64,7 +64,7 @@ void LearnerCore::on(const Turn& turn, const ResultRecovered& event) {
                             result.key.run, result.key.number,
                             open ? "draws with other numbers" : "does not ask for at this place"));
   }
-  const TaskFacts* facts = workforce_.facts_of(open->question.task_id);
+  const TaskDescription* facts = workforce_.facts_of(open->question.task_id);
   if (facts && result.status == RolloutStatus::kOk && !facts->is_in_range(result.reward)) {
     return fail(fmt::format(
         "the journal gives run {} roll-out {} reward {}, outside the task's range {} to {}",
@@ -90,7 +90,7 @@ void LearnerCore::on(const Turn& turn, const TimerFired&) {
     workforce_.remind(turn);
     publish_status(turn);
     turn.log_what_is_due();
-    next_status_ = turn.now + kStatusPeriod;
+    next_status_ = turn.now + protocol::kLearnerStatusPeriod;
   }
   finish_if_stopped(turn);
   workforce_.dispatch(turn);
@@ -145,7 +145,8 @@ void LearnerCore::take(const Turn& turn, const AcceptedResult& result, int numer
   }
 }
 
-bool LearnerCore::take_facts(const Turn&, const ContentHash& task_id, const TaskFacts& facts) {
+bool LearnerCore::take_facts(const Turn&, const ContentHash& task_id,
+                             const TaskDescription& facts) {
   for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
     if (task_ids_[c] != task_id) continue;
     const Policy& policy = *study_.conditions[c].start;

@@ -73,7 +73,8 @@ class LearnerCore : private Client {
   std::optional<ContentHash> task_of(protocol::RolloutKey key) const override;
   std::optional<Answer> answer_of(protocol::RolloutKey key) const override;
   void take(const Turn& turn, const AcceptedResult& result, int numeric_class) override;
-  bool take_facts(const Turn& turn, const ContentHash& task_id, const TaskFacts& facts) override;
+  bool take_facts(const Turn& turn, const ContentHash& task_id,
+                  const TaskDescription& facts) override;
 
   void draw(const Turn& turn, Run& run);
   void finish_run(const Turn& turn, Run& run);

@@ -5,9 +5,9 @@
 #include <map>
 #include <string>
 
+#include "common/base/task_description.h"
 #include "common/protocol/limits.h"
 #include "common/protocol/messages.h"
-#include "learner/core/task_facts.h"
 
 namespace treeroll::learner {
 
@@ -15,7 +15,7 @@ struct LearnerSettings {
   protocol::LearnerId learner_id = 0;
   std::size_t batch_bytes_max = 0;  ///< of one roll-out batch that holds more than one roll-out
   /// Descriptions known beforehand, by task content; the others are asked of the workers.
-  std::map<std::string, TaskFacts> known_tasks;
+  std::map<std::string, TaskDescription> known_tasks;
   /// Accepted results that may wait for JournalSynced; past it nothing is accepted or given out.
   std::int64_t unsynced_results_max = protocol::kUnsyncedResultsMax;
 };

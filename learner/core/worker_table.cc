@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/protocol/timings.h"
+
 namespace treeroll::learner {
 namespace {
 
@@ -43,7 +45,8 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
       left_.erase(left);
     }
     found = workers_.emplace(id, std::move(entry)).first;
-    if (!look_at_ || now + kSilence < *look_at_) look_at_ = now + kSilence;
+    if (!look_at_ || now + protocol::kWorkerSilence < *look_at_)
+      look_at_ = now + protocol::kWorkerSilence;
   }
   found->second.last_heard = now;
   return &found->second;
@@ -59,7 +62,7 @@ std::vector<WorkerEntry> WorkerTable::remove_silent(TimePoint now) {
   if (!look_at_ || now < *look_at_) return silent;
   look_at_.reset();
   for (auto worker = workers_.begin(); worker != workers_.end();) {
-    const TimePoint silence = worker->second.last_heard + kSilence;
+    const TimePoint silence = worker->second.last_heard + protocol::kWorkerSilence;
     if (silence > now) {
       if (!look_at_ || silence < *look_at_) look_at_ = silence;
       ++worker;

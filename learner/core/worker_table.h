@@ -52,15 +52,12 @@ std::string describe(const WorkerEntry& worker);
 /// Every worker heard of lately, by id.
 class WorkerTable {
  public:
-  /// A worker that has been silent so long has left.
-  static constexpr Duration kSilence = std::chrono::seconds(3);
-
   /// The entry of a worker that was heard just now; made if new. Null when kWorkersMax are there:
   /// it is refused until one of them leaves.
   WorkerEntry* hear(protocol::WorkerId id, TimePoint now);
   WorkerEntry* find(protocol::WorkerId id);
 
-  /// Takes out the workers that have been silent for kSilence; their records stay.
+  /// Takes out the workers that have been silent for kWorkerSilence; their records stay.
   std::vector<WorkerEntry> remove_silent(TimePoint now);
   /// When to call remove_silent() next: no worker counts as silent before.
   std::optional<TimePoint> next_look() const { return look_at_; }

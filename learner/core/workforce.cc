@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/base/cut_text.h"
+#include "common/protocol/timings.h"
 #include "learner/core/batching.h"
 #include "learner/core/dispatch.h"
 
@@ -63,7 +64,7 @@ void Workforce::look_after_leases(const Turn& turn) {
     turn.log(
         LogLine::Level::kWarning, "workers that leave",
         fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back", describe(silent),
-                    to_seconds(WorkerTable::kSilence), ledger_.leases_of(silent.id).size()));
+                    to_seconds(protocol::kWorkerSilence), ledger_.leases_of(silent.id).size()));
     ledger_.take_back_all(silent.id);
   }
   ledger_.expire(turn.now);
@@ -169,7 +170,7 @@ void Workforce::on(const Turn& turn, const protocol::DefinitionReport& report) {
   if (!report.accepted) return refuse(turn, *worker, report.definition_id, report.text);
   worker->refused.erase(report.definition_id);
   if (!is_task || facts_.contains(report.definition_id)) return;
-  Result<TaskFacts> facts = task_facts_from_json(report.text);
+  Result<TaskDescription> facts = task_description_from_json(report.text);
   // Its own description makes no sense: another worker's may.
   if (!facts) return refuse(turn, *worker, report.definition_id, facts.error().message);
   if (client_.take_facts(turn, report.definition_id, *facts)) {
@@ -211,7 +212,7 @@ void Workforce::publish_policy(const Turn& turn, const ContentHash& id) {
   turn.send(protocol::PolicyDefinition{settings_.learner_id, id, *policies_.find(id)});
 }
 
-const TaskFacts* Workforce::facts_of(const ContentHash& task_id) const {
+const TaskDescription* Workforce::facts_of(const ContentHash& task_id) const {
   const auto known = facts_.find(task_id);
   return known == facts_.end() ? nullptr : &known->second;
 }

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "common/base/task_description.h"
 #include "learner/core/answer.h"
 #include "learner/core/definition_book.h"
 #include "learner/core/learner_settings.h"
 #include "learner/core/ledger.h"
-#include "learner/core/task_facts.h"
 #include "learner/core/turn.h"
 #include "learner/core/worker_table.h"
 
@@ -29,7 +29,8 @@ class Client {
   /// Takes the answer to an open question, which is closed; may ask the next ones.
   virtual void take(const Turn& turn, const AcceptedResult& result, int numeric_class) = 0;
   /// A worker has described a task. @return whether the client can use it
-  virtual bool take_facts(const Turn& turn, const ContentHash& task_id, const TaskFacts& facts) = 0;
+  virtual bool take_facts(const Turn& turn, const ContentHash& task_id,
+                          const TaskDescription& facts) = 0;
 };
 
 /// Who computes: takes questions, gives them to workers, and gives their answers back, each once.
@@ -73,7 +74,7 @@ class Workforce {
   const Ledger& ledger() const { return ledger_; }
   const WorkerTable& workers() const { return workers_; }
   /// Null while no worker has described the task.
-  const TaskFacts* facts_of(const ContentHash& task_id) const;
+  const TaskDescription* facts_of(const ContentHash& task_id) const;
   /// Why no usable worker takes this definition; nothing if one does.
   std::optional<std::string> refused_by_all(const ContentHash& definition) const;
   /// An answer was accepted, or the start.
@@ -97,9 +98,9 @@ class Workforce {
   void on(const Turn& turn, const protocol::RewardBatch& batch);
   void accept(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result);
   void compare_with_taken(const Turn& turn, const WorkerEntry& worker,
-                          const protocol::RolloutResult& result, const TaskFacts& facts);
+                          const protocol::RolloutResult& result, const TaskDescription& facts);
   void distrust(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result,
-                const TaskFacts& facts);
+                const TaskDescription& facts);
   void note_timing(TimePoint now, WorkerEntry& worker, const protocol::RolloutResult& result,
                    const Ledger::Entry& entry);
   bool answers_open_question(const protocol::RolloutResult& result) const;
@@ -112,7 +113,7 @@ class Workforce {
   LearnerSettings settings_;
   Client& client_;
   std::vector<ContentHash> task_ids_;  // as they were added
-  std::map<ContentHash, TaskFacts> facts_;
+  std::map<ContentHash, TaskDescription> facts_;
   DefinitionBook tasks_;
   DefinitionBook policies_;
   Ledger ledger_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/protocol/timings.h"
 #include "learner/core/dispatch.h"
 #include "learner/core/workforce.h"
 
@@ -10,8 +11,6 @@ namespace treeroll::learner {
 namespace {
 
 constexpr double kTimingWeight = .1;
-/// What a worker says it holds is not lost, and its next heartbeat or answer comes before this.
-constexpr Duration kHeldLeaseMin = std::chrono::seconds(1);
 
 }  // namespace
 
@@ -47,7 +46,7 @@ void Workforce::accept(const Turn& turn, WorkerEntry& worker,
                        const protocol::RolloutResult& result) {
   const protocol::RolloutKey key = result.key;
   const std::optional<ContentHash> task_id = client_.task_of(key);
-  const TaskFacts* facts = task_id ? facts_of(*task_id) : nullptr;
+  const TaskDescription* facts = task_id ? facts_of(*task_id) : nullptr;
   if (!facts || worker.distrusted) {  // without facts nothing of this run has been issued
     ++ledger_.counters.rejected;
     return;
@@ -75,7 +74,8 @@ void Workforce::accept(const Turn& turn, WorkerEntry& worker,
 
 /// An answer to a roll-out that is not open: a duplicate, or to nothing that was asked.
 void Workforce::compare_with_taken(const Turn& turn, const WorkerEntry& worker,
-                                   const protocol::RolloutResult& result, const TaskFacts& facts) {
+                                   const protocol::RolloutResult& result,
+                                   const TaskDescription& facts) {
   const std::optional<Answer> before = client_.answer_of(result.key);
   if (!before) {
     ++ledger_.counters.rejected;
@@ -94,7 +94,7 @@ void Workforce::compare_with_taken(const Turn& turn, const WorkerEntry& worker,
 }
 
 void Workforce::distrust(const Turn& turn, WorkerEntry& worker,
-                         const protocol::RolloutResult& result, const TaskFacts& facts) {
+                         const protocol::RolloutResult& result, const TaskDescription& facts) {
   ++ledger_.counters.rejected;
   worker.distrusted = true;
   turn.log(LogLine::Level::kError, "rewards out of range",
@@ -126,7 +126,7 @@ void Workforce::extend_leases(TimePoint now, const WorkerEntry& worker,
                               const std::vector<protocol::RolloutKey>& held) {
   const Duration lease =
       lease_duration(worker, ledger_.leases_of(worker.id).size(), rollout_time_s_);
-  const TimePoint extended = now + std::max(kHeldLeaseMin, lease);
+  const TimePoint extended = now + std::max(protocol::kHeldLeaseMin, lease);
   for (const protocol::RolloutKey key : held) ledger_.extend(key, worker.id, extended);
 }
 

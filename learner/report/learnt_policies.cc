@@ -59,7 +59,7 @@ class RolloutMaker {
   }
 
   std::filesystem::path program_;
-  std::map<std::string, std::optional<TaskFacts>> tasks_;
+  std::map<std::string, std::optional<TaskDescription>> tasks_;
   std::map<std::pair<std::string, std::string>, std::optional<ShownRollout>> made_;
   bool all_deterministic_ = true;
 };

@@ -9,6 +9,7 @@
 #include "common/base/config_error.h"
 #include "common/policy/policy.h"
 #include "common/protocol/limits.h"
+#include "common/protocol/wire_sizes.h"
 
 namespace treeroll {
 namespace {
@@ -17,9 +18,9 @@ using protocol::kDefinitionBytesMax;
 using protocol::kMessageBytesMax;
 using protocol::kThetaDimMax;
 
-// One roll-out with the largest theta fits one message: 8 bytes an element, and ample room for the
-// rest of the request and of its batch.
-static_assert(kThetaDimMax * 8 + 4096 < kMessageBytesMax);
+static_assert(protocol::kRolloutBatchBytes + protocol::rollout_request_bytes(kThetaDimMax) <=
+                  kMessageBytesMax,
+              "one roll-out with the largest theta fits one message");
 
 /// "-2.2250738585072014e-308"
 constexpr std::size_t kLongestNumberBytes = 24;

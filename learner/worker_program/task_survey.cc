@@ -22,7 +22,8 @@ constexpr std::chrono::seconds kLimit{30};
 
 }  // namespace
 
-TaskFacts describe_task(const std::string& content, const std::filesystem::path& worker_program) {
+TaskDescription describe_task(const std::string& content,
+                              const std::filesystem::path& worker_program) {
   Result<ProgramOutput> answer = run_program(worker_program, {"--describe-task"}, content, kLimit);
   if (!answer) throw std::runtime_error("cannot ask about the task: " + answer.error().message);
   const std::string unusable =
@@ -30,20 +31,20 @@ TaskFacts describe_task(const std::string& content, const std::filesystem::path&
                   worker_program.string(), answer->exit_status);
   const json said = read_program_answer(answer->output, "task", unusable);
   if (answer->exit_status != 0 || !said.contains("description")) throw std::runtime_error(unusable);
-  Result<TaskFacts> facts = task_facts_from_json(said["description"].dump());
+  Result<TaskDescription> facts = task_description_from_json(said["description"].dump());
   if (!facts) throw ConfigError("task", "", facts.error().message);
   return *facts;
 }
 
-std::map<std::string, TaskFacts> survey_tasks(const LoadedStudy& loaded,
-                                              const std::filesystem::path& worker_program,
-                                              bool is_needed) {
+std::map<std::string, TaskDescription> survey_tasks(const LoadedStudy& loaded,
+                                                    const std::filesystem::path& worker_program,
+                                                    bool is_needed) {
   if (access(worker_program.c_str(), X_OK) != 0) {
     if (!is_needed) return {};
     throw ConfigError("--worker-program", worker_program.string(),
                       fmt::format("cannot be executed: {}", std::strerror(errno)));
   }
-  std::map<std::string, TaskFacts> known;
+  std::map<std::string, TaskDescription> known;
   std::set<std::string> asked;
   for (std::size_t c = 0; c < loaded.study.conditions.size(); ++c) {
     const std::string& content = loaded.study.conditions[c].task_content;

@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "learner/core/task_facts.h"
+#include "common/base/task_description.h"
 #include "learner/study/study_file.h"
 
 namespace treeroll {
@@ -13,7 +13,8 @@ namespace treeroll {
 /// @param content  of the task, Condition::task_content
 /// Throws ConfigError for a task it does not know ("task.name") and for settings the task refuses,
 /// std::runtime_error if the executable cannot be asked.
-TaskFacts describe_task(const std::string& content, const std::filesystem::path& worker_program);
+TaskDescription describe_task(const std::string& content,
+                              const std::filesystem::path& worker_program);
 
 /// Asks the worker executable about every task of the study, so that a study is checked before
 /// anything starts.
@@ -23,8 +24,8 @@ TaskFacts describe_task(const std::string& content, const std::filesystem::path&
 /// Throws StudyError for settings a task refuses and for a policy with other dimensions than its
 /// task's; ConfigError if the executable is needed and cannot be run; std::runtime_error if it
 /// answers with what cannot be read.
-std::map<std::string, TaskFacts> survey_tasks(const LoadedStudy& loaded,
-                                              const std::filesystem::path& worker_program,
-                                              bool is_needed);
+std::map<std::string, TaskDescription> survey_tasks(const LoadedStudy& loaded,
+                                                    const std::filesystem::path& worker_program,
+                                                    bool is_needed);
 
 }  // namespace treeroll

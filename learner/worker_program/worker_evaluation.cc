@@ -75,7 +75,8 @@ std::optional<RolloutTrace> read_trace(const json& said) {
 }
 
 /// The answer of a user's program: checked like anything from outside.
-std::optional<PolicyEvaluation> read_answer(const json& said, const TaskFacts& task, bool trace) {
+std::optional<PolicyEvaluation> read_answer(const json& said, const TaskDescription& task,
+                                            bool trace) {
   try {
     const json& evaluation = said.at("evaluation");
     PolicyEvaluation outcome;
@@ -97,8 +98,8 @@ std::optional<PolicyEvaluation> read_answer(const json& said, const TaskFacts& t
 
 }  // namespace
 
-PolicyEvaluation evaluate_with(const std::filesystem::path& worker_program, const TaskFacts& task,
-                               const EvaluationRequest& request) {
+PolicyEvaluation evaluate_with(const std::filesystem::path& worker_program,
+                               const TaskDescription& task, const EvaluationRequest& request) {
   const json asked{{"task", json::parse(request.task_content)},
                    {"policy", request.policy_text},
                    {"seed", request.seed},

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "learner/core/task_facts.h"
+#include "common/base/task_description.h"
 #include "learner/worker_program/rollout_trace.h"
 
 namespace treeroll {
@@ -29,7 +29,7 @@ struct PolicyEvaluation {
 /// @param task  what the executable has said of the task
 /// Throws ConfigError for what it refuses, std::runtime_error if it cannot be asked or says nothing
 /// that can be read.
-PolicyEvaluation evaluate_with(const std::filesystem::path& worker_program, const TaskFacts& task,
-                               const EvaluationRequest& request);
+PolicyEvaluation evaluate_with(const std::filesystem::path& worker_program,
+                               const TaskDescription& task, const EvaluationRequest& request);
 
 }  // namespace treeroll

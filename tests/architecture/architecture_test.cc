@@ -21,6 +21,10 @@ TEST(ArchitectureTest, NoRuleIsBrokenInTheTree) {
   for (const Finding& finding : check_tree(tree())) ADD_FAILURE() << to_string(finding);
 }
 
+TEST(ArchitectureTest, EveryArrowBetweenRoomsIsUsed) {
+  for (const Finding& finding : check_unused_arrows(tree())) ADD_FAILURE() << to_string(finding);
+}
+
 TEST(ArchitectureTest, TheMapOfTheThesissEquationsIsTrueAndWhole) {
   for (const Finding& finding : check_equation_map(tree())) ADD_FAILURE() << to_string(finding);
 }

@@ -1,3 +1,4 @@
+#include <map>
 #include <regex>
 #include <set>
 
@@ -104,6 +105,26 @@ std::vector<Finding> check_own_headers(const std::vector<SourceFile>& files) {
     if (!file.includes.empty() && file.includes.front().included == own) continue;
     findings.push_back({file.path, file.includes.empty() ? 1 : file.includes.front().line,
                         "include \"" + own + "\" first: that is what compiles the header alone"});
+  }
+  return findings;
+}
+
+std::vector<Finding> check_unused_arrows(const std::vector<SourceFile>& files) {
+  std::map<std::string, std::set<std::string>> used;
+  for (const SourceFile& file : files) {
+    for (const Include& include : file.includes) {
+      // The types are generated into a folder of the package's name.
+      const bool is_type = include.included.starts_with("treeroll/");
+      used[room_of(file.path)].insert(is_type ? "lcmtypes" : room_of(include.included));
+    }
+  }
+  std::vector<Finding> findings;
+  for (const auto& [name, room] : rooms()) {
+    for (const std::string& arrow : room.arrows) {
+      if (used[name].contains(arrow)) continue;
+      findings.push_back({"tests/architecture/rooms.cc", 1,
+                          "nothing in " + name + " includes " + arrow + ": take the arrow out"});
+    }
   }
   return findings;
 }

@@ -101,6 +101,20 @@ std::vector<Finding> check_project(const SourceFile& file) {
   return findings;
 }
 
+std::vector<Finding> check_message_comments(const SourceFile& file) {
+  if (!file.path.ends_with(".lcm")) return {};
+  static const std::regex behind_a_field(R"(;.*//)");
+  std::vector<Finding> findings;
+  for (std::size_t i = 0; i < file.lines.size(); ++i) {
+    if (!std::regex_search(file.lines[i], behind_a_field)) continue;
+    if (file.lines[i].find_first_not_of(' ') == file.lines[i].find("//")) continue;
+    findings.push_back(
+        {file.path, static_cast<int>(i) + 1,
+         "put the comment on the line above: lcm-gen may take it for the next field's"});
+  }
+  return findings;
+}
+
 std::vector<Finding> check_links(const std::vector<SourceFile>& files) {
   std::vector<Call> calls;
   std::map<std::string, std::string> room_of_target;
@@ -131,7 +145,7 @@ std::vector<Finding> check_tree(const std::vector<SourceFile>& files) {
   std::vector<Finding> findings = check_links(files);
   for (Finding& finding : check_own_headers(files)) findings.push_back(std::move(finding));
   for (const SourceFile& file : files) {
-    for (const auto check : {check_includes, check_words, check_project}) {
+    for (const auto check : {check_includes, check_words, check_project, check_message_comments}) {
       for (Finding& finding : check(file)) findings.push_back(std::move(finding));
     }
   }

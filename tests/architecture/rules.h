@@ -32,10 +32,18 @@ std::vector<Finding> check_words(const SourceFile& file);
 /// compiler flags that change results.
 std::vector<Finding> check_project(const SourceFile& file);
 
+/// Comments of a message type stand above their field: newer versions of lcm-gen attach one behind
+/// a field to the field after it.
+std::vector<Finding> check_message_comments(const SourceFile& file);
+
 /// Link lines of all CMake files: a room's targets link only targets of rooms it may include.
 std::vector<Finding> check_links(const std::vector<SourceFile>& files);
 
-/// All of the above over a tree.
+/// Arrows of rooms.h along which no source of a whole tree includes anything: an arrow that stands
+/// there unused lets the next include pass that nobody has thought about.
+std::vector<Finding> check_unused_arrows(const std::vector<SourceFile>& files);
+
+/// All that can be said of any set of files: all of the above but the unused arrows.
 std::vector<Finding> check_tree(const std::vector<SourceFile>& files);
 
 }  // namespace treeroll::architecture

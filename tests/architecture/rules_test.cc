@@ -12,9 +12,11 @@
 namespace treeroll::architecture {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 std::vector<std::string> findings(const std::string& path, const std::string& text) {
   std::vector<std::string> messages;
@@ -223,6 +225,19 @@ TEST(ProjectRulesTest, GlobsAndFlagsThatChangeResultsAreFoundInCMakeFiles) {
               ElementsAre(HasSubstr("sim/CMakeLists.txt:2: this flag")));
 }
 
+TEST(ArrowRulesTest, AnArrowThatNothingUsesIsFound) {
+  const auto unused = [](const std::string& text) {
+    std::vector<std::string> messages;
+    for (const Finding& finding : check_unused_arrows({make_source_file("sim/a.cc", text)})) {
+      messages.push_back(to_string(finding));
+    }
+    return messages;
+  };
+  const auto arrow = HasSubstr("nothing in sim includes common/base");
+  EXPECT_THAT(unused("#include <cmath>\n"), Contains(arrow));
+  EXPECT_THAT(unused("#include \"common/base/check.h\"\n"), Not(Contains(arrow)));
+}
+
 TEST(LinkRulesTest, ALinkAgainstAnArrowIsFound) {
   const std::vector<SourceFile> files = {
       make_source_file("sim/CMakeLists.txt",
@@ -236,6 +251,13 @@ TEST(LinkRulesTest, ALinkAgainstAnArrowIsFound) {
   ASSERT_EQ(found.size(), 1U);
   EXPECT_THAT(to_string(found[0]),
               AllOf(HasSubstr("sim/CMakeLists.txt:2: "), HasSubstr("treeroll_policy")));
+}
+
+TEST(MessageRulesTest, ACommentBehindAFieldOfAMessageTypeIsFound) {
+  EXPECT_THAT(findings("lcmtypes/a_t.lcm",
+                       "struct a_t {\n  // first; then more // of it\n  int32_t a;\n"
+                       "  int32_t b;  // behind\n}\n"),
+              ElementsAre(AllOf(HasSubstr("a_t.lcm:4: "), HasSubstr("line above"))));
 }
 
 }  // namespace

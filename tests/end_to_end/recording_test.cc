@@ -40,7 +40,7 @@ name = "tree"
 std::vector<protocol::Message> read_log(const std::filesystem::path& path) {
   const std::map<std::string, Channel> channels = [] {
     std::map<std::string, Channel> by_name;
-    for (int i = 0; i <= static_cast<int>(Channel::kBestPolicy); ++i) {
+    for (int i = 0; i < transport::kNumChannels; ++i) {
       by_name[transport::channel_name(static_cast<Channel>(i))] = static_cast<Channel>(i);
     }
     return by_name;

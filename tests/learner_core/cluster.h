@@ -53,7 +53,8 @@ class Cluster {
     settings.learner_id = kLearner;
     settings.batch_bytes_max = 60000;
     if (knows_task) {
-      settings.known_tasks[study.conditions[0].task_content] = TaskFacts{1, 1, 0, 1, 10, true};
+      settings.known_tasks[study.conditions[0].task_content] =
+          TaskDescription{1, 1, 0, 1, 10, true};
     }
     core = std::make_unique<LearnerCore>(std::move(study), settings);
   }

@@ -388,7 +388,7 @@ TEST(LearnerCoreTest, AcknowledgesARepetitionThoughAnOlderBatchCameBeforeTheDisk
   LearnerSettings settings;
   settings.learner_id = Cluster::kLearner;
   settings.batch_bytes_max = 60000;
-  settings.known_tasks[study.conditions[0].task_content] = TaskFacts{1, 1, 0, 1, 10, true};
+  settings.known_tasks[study.conditions[0].task_content] = TaskDescription{1, 1, 0, 1, 10, true};
   LearnerCore core(study, settings);
   FakeWorker worker(1, milliseconds(1));
   Effects effects;

@@ -179,7 +179,7 @@ TEST(LearnerLimitsTest, WhileTheDiskLagsNothingMoreIsAcceptedAndNothingGivenOut)
   settings.learner_id = Cluster::kLearner;
   settings.batch_bytes_max = 60000;
   settings.unsynced_results_max = 5;
-  settings.known_tasks[study.conditions[0].task_content] = TaskFacts{1, 1, 0, 1, 10, true};
+  settings.known_tasks[study.conditions[0].task_content] = TaskDescription{1, 1, 0, 1, 10, true};
   LearnerCore core(study, settings);
   FakeWorker worker(1, milliseconds(1));
   std::vector<AcceptedResult> journal;

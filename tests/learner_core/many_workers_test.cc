@@ -25,7 +25,7 @@ class Crowd {
     LearnerSettings settings;
     settings.learner_id = Cluster::kLearner;
     settings.batch_bytes_max = 60000;
-    settings.known_tasks[study.conditions[0].task_content] = TaskFacts{1, 1, 0, 1, 10, true};
+    settings.known_tasks[study.conditions[0].task_content] = TaskDescription{1, 1, 0, 1, 10, true};
     core = std::make_unique<LearnerCore>(std::move(study), settings);
     for (int id = 1; id <= num_workers; ++id) {
       workers_.push_back(std::make_unique<FakeWorker>(id, milliseconds(3)));

@@ -5,13 +5,13 @@
 #include <compare>
 
 #include "common/protocol/messages.h"
+#include "common/protocol/wire_sizes.h"
 
 namespace treeroll::protocol {
 namespace {
 
 TEST(LimitsTest, AMessageFitsOneDatagram) {
-  constexpr std::size_t kDatagramBytesMax = 65507;        // UDP over IPv4
-  constexpr std::size_t kFrameBytesMax = 4 + 4 + 63 + 1;  // magic, sequence, channel, NUL
+  constexpr std::size_t kDatagramBytesMax = 65507;  // UDP over IPv4
   EXPECT_LE(kMessageBytesMax + kFrameBytesMax, kDatagramBytesMax);
 }
 
@@ -24,9 +24,8 @@ TEST(LimitsTest, ABatchAcrossHostsFitsOneEthernetFrame) {
 TEST(LimitsTest, BatchesAndDefinitionsFitAMessage) {
   EXPECT_LT(kBatchBytesLocalMax, kMessageBytesMax);
   EXPECT_LT(kBatchBytesRemoteMax, kBatchBytesLocalMax);
-  // Fingerprint, learner, hash, length, NUL, code.
-  EXPECT_LE(kDefinitionBytesMax + 8 + 8 + 16 + 4 + 1 + 16, kMessageBytesMax);
-  EXPECT_LE(static_cast<std::size_t>(kThetaDimMax) * sizeof(double), kMessageBytesMax / 2 + 300);
+  EXPECT_LE(kDefinitionBytesMax + kDefinitionBytes, kMessageBytesMax);
+  EXPECT_LE(kRolloutBatchBytes + rollout_request_bytes(kThetaDimMax), kMessageBytesMax);
   EXPECT_LT(kStringBytesMax, kDefinitionBytesMax);
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "common/protocol/timings.h"
 #include "common/transport/codec.h"
 
 namespace treeroll::simulation {
@@ -18,7 +19,7 @@ learner::LearnerSettings learner_settings(const Scenario& scenario, protocol::Le
   settings.batch_bytes_max = scenario.batch_bytes_max;
   settings.unsynced_results_max = scenario.unsynced_results_max;
   if (scenario.knows_task) {
-    settings.known_tasks[kTaskContent] = *task_facts_from_json(kTaskDescription);
+    settings.known_tasks[kTaskContent] = *task_description_from_json(kTaskDescription);
   }
   return settings;
 }
@@ -334,7 +335,7 @@ void SimulatedLearner::check_leases_of_the_silent() {
     const learner::Ledger::Entry* entry = core_.ledger().find(key);
     if (!entry || !entry->lease) continue;
     observer_.require(
-        heard_[entry->lease->worker].time + learner::WorkerTable::kSilence > schedule_.now(),
+        heard_[entry->lease->worker].time + protocol::kWorkerSilence > schedule_.now(),
         "a roll-out stays leased to a worker that has left");
   }
 }

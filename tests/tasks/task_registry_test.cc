@@ -82,17 +82,5 @@ TEST(TaskRegistryTest, ResolvedSettingsMakeTheSameTaskAgain) {
   }
 }
 
-TEST(TaskRegistryTest, WritesADescriptionWithTheNamesOfItsMembers) {
-  const TaskDescription description{.input_dim = 2,
-                                    .output_dim = 3,
-                                    .reward_min = .5,
-                                    .reward_max = 4,
-                                    .time_limit_s = 7,
-                                    .deterministic = false};
-  EXPECT_EQ(to_json(description),
-            json::parse(R"({"input_dim": 2, "output_dim": 3, "reward_min": 0.5, "reward_max": 4.0,
-                            "time_limit_s": 7.0, "deterministic": false})"));
-}
-
 }  // namespace
 }  // namespace treeroll

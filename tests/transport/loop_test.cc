@@ -8,7 +8,9 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace treeroll::transport {
 namespace {
@@ -38,35 +40,88 @@ class Pair {
 TEST(LoopTest, ATimerRunsOnceAndNotBeforeItsDeadline) {
   Loop loop;
   const TimePoint deadline = loop.now() + milliseconds(5);
-  TimePoint ran;
-  loop.set_timer(deadline, [&] {
-    ran = loop.now();
-    loop.stop();
-  });
+  std::vector<TimePoint> ran;
+  Timer timer(loop, [&] { ran.push_back(loop.now()); });
+  Timer end(loop, [&] { loop.stop(); });
+  timer.set(deadline);
+  end.set(deadline + milliseconds(5));
+  EXPECT_TRUE(timer.is_set());
   loop.run();
-  EXPECT_GE(ran, deadline);
+  ASSERT_EQ(ran.size(), 1U);
+  EXPECT_GE(ran[0], deadline);
+  EXPECT_FALSE(timer.is_set());
 }
 
-TEST(LoopTest, ALaterCallReplacesTheTimer) {
+TEST(LoopTest, ALaterDeadlineReplacesTheOneBefore) {
   Loop loop;
-  std::string order;
-  loop.set_timer(loop.now(), [&] { order += 'a'; });
-  loop.set_timer(loop.now() + milliseconds(2), [&] {
-    order += 'b';
+  const TimePoint start = loop.now();
+  std::vector<TimePoint> ran;
+  Timer timer(loop, [&] {
+    ran.push_back(loop.now());
     loop.stop();
   });
+  timer.set(start);
+  timer.set(start + milliseconds(2));
   loop.run();
-  EXPECT_EQ(order, "b");
+  ASSERT_EQ(ran.size(), 1U);
+  EXPECT_GE(ran[0], start + milliseconds(2));
+}
+
+TEST(LoopTest, TimersRunInTheOrderOfTheirDeadlines) {
+  Loop loop;
+  const TimePoint start = loop.now();
+  std::string order;
+  Timer third(loop, [&] {
+    order += 'c';
+    loop.stop();
+  });
+  Timer first(loop, [&] { order += 'a'; });
+  Timer second(loop, [&] { order += 'b'; });
+  third.set(start + milliseconds(3));
+  first.set(start + milliseconds(1));
+  second.set(start + milliseconds(2));
+  loop.run();
+  EXPECT_EQ(order, "abc");
+}
+
+TEST(LoopTest, ATimerMayBeSetAgainOrDestroyedByItsOwnCallback) {
+  Loop loop;
+  int num_calls = 0;
+  std::optional<Timer> timer;
+  timer.emplace(loop, [&] {
+    if (++num_calls < 3) return timer->set(loop.now());
+    timer.reset();
+    loop.stop();
+  });
+  timer->set(loop.now());
+  loop.run();
+  EXPECT_EQ(num_calls, 3);
+}
+
+TEST(LoopTest, ATimerThatIsDueNeverRunsOnceItIsDestroyed) {
+  Loop loop;
+  const Pair pair;
+  pair.write('x');
+  std::optional<Timer> timer;
+  timer.emplace(loop, [] { FAIL() << "it had been destroyed"; });
+  timer->set(loop.now() - milliseconds(1));
+  loop.watch(pair.reader(), [&] {
+    pair.read();
+    timer.reset();
+    loop.after_ready_events([&] { loop.stop(); });
+  });
+  loop.run();
 }
 
 TEST(LoopTest, ATimerThatIsDueMayStillBeReplacedByAnEventBeforeIt) {
   Loop loop;
   const Pair pair;
   pair.write('x');
-  loop.set_timer(loop.now() - milliseconds(1), [] { FAIL() << "it had been replaced"; });
+  Timer timer(loop, [] { FAIL() << "it had been replaced"; });
+  timer.set(loop.now() - milliseconds(1));
   loop.watch(pair.reader(), [&] {
     pair.read();
-    loop.set_timer(TimePoint::max(), [] {});
+    timer.set(TimePoint::max());
     loop.after_ready_events([&] { loop.stop(); });
   });
   loop.run();
@@ -74,7 +129,9 @@ TEST(LoopTest, ATimerThatIsDueMayStillBeReplacedByAnEventBeforeIt) {
 
 TEST(LoopTest, ATimerAtTheEndOfTimeNeverRuns) {
   Loop loop;
-  loop.set_timer(TimePoint::max(), [] { FAIL(); });
+  Timer timer(loop, [] { FAIL(); });
+  timer.set(TimePoint::max());
+  EXPECT_FALSE(timer.is_set());
   loop.after_ready_events([&] { loop.stop(); });
   loop.run();
 }
@@ -190,7 +247,8 @@ TEST(LoopTest, RunsAgainAfterAStop) {
 TEST(LoopTest, MayEndWithEverythingStillPending) {
   const Pair pair;
   Loop loop;
-  loop.set_timer(loop.now() + hours(1), [] {});
+  Timer timer(loop, [] {});
+  timer.set(loop.now() + hours(1));
   loop.on_signals({SIGUSR1}, [](int) {});
   loop.watch(pair.reader(), [] {});
   loop.after_ready_events([] {});

@@ -19,14 +19,14 @@ std::string loopback_url(int salt, const std::string& more_options) {
 bool run_until(Loop& loop, const std::function<bool()>& done, Duration limit) {
   const TimePoint end = loop.now() + limit;
   constexpr Duration kLook = std::chrono::milliseconds(1);
-  std::function<void()> look = [&] {
+  Timer look(loop, [&] {
     if (done() || loop.now() >= end) {
       loop.stop();
     } else {
-      loop.set_timer(loop.now() + kLook, look);
+      look.set(loop.now() + kLook);
     }
-  };
-  loop.set_timer(loop.now(), look);
+  });
+  look.set(loop.now());
   loop.run();
   return done();
 }

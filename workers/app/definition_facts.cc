@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/json_text.h"
+#include "common/base/task_description.h"
 
 namespace treeroll::worker {
 
@@ -17,26 +18,28 @@ std::string facts_text(const Policy& policy) {
 }
 
 std::optional<DefinitionFacts> read_facts(DefinitionKind kind, const std::string& text) {
+  if (kind == DefinitionKind::kTask) {
+    const Result<TaskDescription> task = task_description_from_json(text);
+    if (!task) return std::nullopt;
+    return DefinitionFacts{
+        .input_dim = task->input_dim,
+        .output_dim = task->output_dim,
+        .time_limit = std::chrono::nanoseconds(std::llround(task->time_limit_s * 1e9))};
+  }
   constexpr int kNestingMax = 2;
-  const Result<json> parsed = parse_json(text, kNestingMax);
-  const json value = parsed ? *parsed : json();
+  const Result<json> value = parse_json(text, kNestingMax);
   const auto integer = [&](const char* key, int& number) {
-    if (!value.is_object() || !value.contains(key) || !value[key].is_number_integer()) return false;
-    number = value[key].get<int>();
+    if (!value || !value->is_object() || !value->contains(key)) return false;
+    const json& found = value->at(key);
+    if (!found.is_number_integer()) return false;
+    number = found.get<int>();
     return number >= 1;
   };
   DefinitionFacts facts;
-  if (!integer("input_dim", facts.input_dim) || !integer("output_dim", facts.output_dim)) {
-    return std::nullopt;
-  }
-  if (kind == DefinitionKind::kPolicy) {
-    return integer("theta_dim", facts.theta_dim) ? std::optional(facts) : std::nullopt;
-  }
-  if (!value.contains("time_limit_s") || !value["time_limit_s"].is_number()) return std::nullopt;
-  const double time_limit_s = value["time_limit_s"].get<double>();
-  if (!(time_limit_s > 0 && time_limit_s <= 1e6)) return std::nullopt;
-  facts.time_limit = std::chrono::nanoseconds(std::llround(time_limit_s * 1e9));
-  return facts;
+  const bool complete = integer("input_dim", facts.input_dim) &&
+                        integer("output_dim", facts.output_dim) &&
+                        integer("theta_dim", facts.theta_dim);
+  return complete ? std::optional(facts) : std::nullopt;
 }
 
 }  // namespace treeroll::worker

@@ -10,11 +10,6 @@
 #include "common/transport/codec.h"
 
 namespace treeroll::worker {
-namespace {
-
-constexpr int kNumChannels = static_cast<int>(transport::Channel::kBestPolicy) + 1;
-
-}  // namespace
 
 SendOutcome send_packet(int socket, const protocol::Message& message, bool wait) {
   std::vector<std::byte> packet{static_cast<std::byte>(transport::channel_of(message))};
@@ -40,7 +35,8 @@ Received receive_packet(int socket, bool wait) {
   received.closed = size <= 0;
   if (received.closed) return received;
   const auto channel = std::to_integer<int>(packet[0]);
-  received.malformed = static_cast<std::size_t>(size) > packet.size() || channel >= kNumChannels;
+  received.malformed =
+      static_cast<std::size_t>(size) > packet.size() || channel >= transport::kNumChannels;
   if (received.malformed) return received;
   auto message =
       transport::decode(static_cast<transport::Channel>(channel),

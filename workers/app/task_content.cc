@@ -21,11 +21,13 @@ void check(const TaskDescription& description, const std::string& name) {
   };
   require(description.input_dim >= 1 && description.output_dim >= 1,
           "must be a task that describes at least one input and one output");
+  require(description.input_dim <= kTaskDimMax && description.output_dim <= kTaskDimMax,
+          "must be a task that describes at most 1024 inputs and 1024 outputs");
   require(std::isfinite(description.reward_max) && description.reward_min >= 0 &&
               description.reward_min <= description.reward_max,
           "must be a task that describes a finite reward range that is not negative");
   require(std::isfinite(description.time_limit_s) && description.time_limit_s > 0 &&
-              description.time_limit_s <= 1e6,
+              description.time_limit_s <= kTaskTimeLimitSMax,
           "must be a task that describes a time limit above 0 and of at most a million seconds");
 }
 

@@ -90,7 +90,7 @@ void WorkerDaemon::flush() {
   post(InboxDrained{});
   flush_scheduled_ = false;
   if (exit_status_) return;
-  loop_.set_timer(core_->next_deadline(), [this] { post(TimerFired{}); });
+  timer_.set(core_->next_deadline());
 }
 
 void WorkerDaemon::perform(const SendMessage& effect) {

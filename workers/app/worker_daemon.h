@@ -60,6 +60,7 @@ class WorkerDaemon {
   void log_bus_trouble();
 
   transport::Loop loop_;
+  transport::Timer timer_{loop_, [this] { post(TimerFired{}); }};
   std::unique_ptr<transport::Bus> bus_;
   std::optional<WorkerCore> core_;
   std::vector<Slot> slots_;

@@ -3,16 +3,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/protocol/wire_sizes.h"
 #include "workers/core/worker_core.h"
 
 namespace treeroll::worker {
 namespace {
 
-// Sizes on the wire: see lcmtypes. A channel name and the datagram's own header included.
-constexpr std::size_t kBatchHeaderBytes = 160;
-constexpr std::size_t kHeldBytes = 8;
-constexpr std::size_t kResultBytes = 37;
-constexpr std::size_t kHashBytes = 16;
 /// A batch says all that is held, or the learner would take the rest for lost. However much that
 /// is, so many results go along, or a long queue on a network of small frames would stop them.
 constexpr std::size_t kResultsPerBatchMin = 16;
@@ -21,9 +17,11 @@ constexpr std::size_t kResultsPerBatchMin = 16;
 
 /// How many go along in an answer to this learner.
 std::size_t WorkerCore::num_results_max(protocol::LearnerId id) const {
-  const std::size_t fixed = kBatchHeaderBytes + kHeldBytes * queue_.of_learner(id).size();
-  const std::size_t room =
-      settings_.batch_bytes_max > fixed ? (settings_.batch_bytes_max - fixed) / kResultBytes : 0;
+  const std::size_t fixed = protocol::kFrameBytesMax + protocol::kRewardBatchBytes +
+                            protocol::kRolloutKeyBytes * queue_.of_learner(id).size();
+  const std::size_t room = settings_.batch_bytes_max > fixed
+                               ? (settings_.batch_bytes_max - fixed) / protocol::kRolloutResultBytes
+                               : 0;
   return std::clamp(room, kResultsPerBatchMin, std::size_t{protocol::kResultsPerBatchMax});
 }
 
@@ -69,7 +67,9 @@ void WorkerCore::ask_for_definitions(const Turn& turn, protocol::LearnerId id,
   if (!learner.ask(turn.now, missing)) return;
   protocol::DefinitionRequest request{
       .worker_id = settings_.worker_id, .learner_id = id, .task_ids = {}, .policy_ids = {}};
-  const std::size_t num_max = std::min((settings_.batch_bytes_max - kBatchHeaderBytes) / kHashBytes,
+  const std::size_t room =
+      settings_.batch_bytes_max - protocol::kFrameBytesMax - protocol::kDefinitionRequestBytes;
+  const std::size_t num_max = std::min(room / protocol::kContentHashBytes,
                                        std::size_t{protocol::kDefinitionsPerRequestMax});
   for (const DefinitionName& name : missing) {
     if (request.task_ids.size() + request.policy_ids.size() == num_max) break;

@@ -7,6 +7,7 @@
 #include "common/base/time.h"
 #include "common/protocol/limits.h"
 #include "common/protocol/messages.h"
+#include "common/protocol/timings.h"
 
 namespace treeroll::worker {
 
@@ -30,18 +31,20 @@ struct WorkerSettings {
   int num_strikes_max = 3;  ///< evaluators a roll-out or a definition may end before it is answered
   int num_accidents_max = 3;  ///< evaluators others may end under a roll-out before it is given up
 
-  Duration learner_silence_max = std::chrono::seconds(60);
-  Duration busy_heartbeat = std::chrono::milliseconds(100);
-  Duration idle_heartbeat = std::chrono::milliseconds(250);
-  Duration repeat_interval_min = std::chrono::milliseconds(3);
-  Duration repeat_interval_max = std::chrono::seconds(1);
-  Duration ask_interval = std::chrono::milliseconds(50);
-  Duration definition_wait_max = std::chrono::seconds(30);
+  // What learners rely on: common/protocol/timings.h.
+  Duration learner_silence_max = protocol::kLearnerSilenceMax;
+  Duration busy_heartbeat = protocol::kBusyHeartbeat;
+  Duration idle_heartbeat = protocol::kIdleHeartbeat;
+  Duration repeat_interval_min = protocol::kRepeatIntervalMin;
+  Duration repeat_interval_max = protocol::kRepeatIntervalMax;
+  Duration ask_interval = protocol::kAskInterval;
+  Duration definition_wait_max = protocol::kDefinitionWaitMax;
+  Duration drain_grace = protocol::kDrainGrace;
+
   Duration start_time_max = std::chrono::seconds(30);   ///< from start to ready
   Duration load_time_limit = std::chrono::seconds(10);  ///< CPU time to build a task or policy
   Duration restart_delay_min = std::chrono::milliseconds(10);
   Duration restart_delay_max = std::chrono::seconds(5);
-  Duration drain_grace = std::chrono::seconds(5);
 };
 
 }  // namespace treeroll::worker

@@ -8,25 +8,13 @@
 #include <string>
 
 #include "common/base/rollout_status.h"
+#include "common/base/task_description.h"
 #include "common/policy/controller.h"
 
 namespace treeroll {
 
 class SettingsReader;
 class Trace;
-
-/// What a task says of itself before any roll-out.
-struct TaskDescription {
-  int input_dim = 0;      ///< dI of the policies it executes
-  int output_dim = 0;     ///< dO
-  double reward_min = 0;  ///< rewards are finite and within [reward_min, reward_max]; min >= 0
-  double reward_max = 1;
-  /// Positive: CPU time after which an evaluation hangs. One that burns next to none, because it
-  /// sleeps or waits for another process, hangs after 1.5 to 2 times as much wall time and a
-  /// second.
-  double time_limit_s = 0;
-  bool deterministic = true;  ///< the same policy gives the same reward, whatever the seed
-};
 
 /// Outcome of one roll-out. A status other than kOk has reward 0.
 struct Evaluation {
@@ -104,9 +92,5 @@ void add_task(TaskRegistry& registry, const std::string& name) {
 
 /// Registers hold, spiral, swing_up, synthetic and trajectory.
 void add_standard_tasks(TaskRegistry& registry);
-
-/// A description as JSON, an object with the names of TaskDescription's members: what
-/// --describe-task prints and a worker reports of a task it accepts.
-nlohmann::json to_json(const TaskDescription& description);
 
 }  // namespace treeroll

@@ -46,10 +46,4 @@ std::unique_ptr<Task> TaskRegistry::make(const std::string& name, const nlohmann
   return task;
 }
 
-nlohmann::json to_json(const TaskDescription& description) {
-  return {{"input_dim", description.input_dim},       {"output_dim", description.output_dim},
-          {"reward_min", description.reward_min},     {"reward_max", description.reward_max},
-          {"time_limit_s", description.time_limit_s}, {"deterministic", description.deterministic}};
-}
-
 }  // namespace treeroll

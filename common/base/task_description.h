@@ -1,0 +1,39 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string_view>
+
+#include "common/base/result.h"
+
+namespace treeroll {
+
+inline constexpr int kTaskDimMax = 1024;           ///< inputs or outputs of a task
+inline constexpr double kTaskTimeLimitSMax = 1e6;  ///< what a clock in nanoseconds can count
+
+/// What a task says of itself before any roll-out. A task states it, a worker reports it, and the
+/// learner, which knows no task, goes by it.
+struct TaskDescription {
+  int input_dim = 0;      ///< dI of the policies it executes
+  int output_dim = 0;     ///< dO
+  double reward_min = 0;  ///< rewards are finite and within [reward_min, reward_max]; min >= 0
+  double reward_max = 1;
+  /// Positive: CPU time after which an evaluation hangs. One that burns next to none, because it
+  /// sleeps or waits for another process, hangs after 1.5 to 2 times as much wall time and a
+  /// second.
+  double time_limit_s = 0;
+  bool deterministic = true;  ///< the same policy gives the same reward, whatever the seed
+
+  /// False for what is no number, too.
+  bool is_in_range(double reward) const { return reward >= reward_min && reward <= reward_max; }
+  bool operator==(const TaskDescription&) const = default;
+};
+
+/// An object with the names of TaskDescription's members: what --describe-task prints and a worker
+/// reports of a task it accepts.
+nlohmann::json to_json(const TaskDescription& description);
+
+/// Reads such an object from outside: all members present, of their type and within their bounds,
+/// and no others.
+Result<TaskDescription> task_description_from_json(std::string_view text);
+
+}  // namespace treeroll

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <chrono>
+
+#include "common/base/time.h"
+
+/// The times that one process takes for granted of another: who says what again, and when it is
+/// given up. What must hold between two of them is asserted below, with the reason. Times that are
+/// one process's own stand where they are used.
+namespace treeroll::protocol {
+
+// A worker.
+
+/// Its status: while it holds roll-outs, and while it does not.
+inline constexpr Duration kBusyHeartbeat = std::chrono::milliseconds(100);
+inline constexpr Duration kIdleHeartbeat = std::chrono::milliseconds(250);
+/// Answers that are not acknowledged are repeated, ever more seldom.
+inline constexpr Duration kRepeatIntervalMin = std::chrono::milliseconds(3);
+inline constexpr Duration kRepeatIntervalMax = std::chrono::seconds(1);
+/// Between two requests for a definition that is missing; and when roll-outs without one are let
+/// go.
+inline constexpr Duration kAskInterval = std::chrono::milliseconds(50);
+inline constexpr Duration kDefinitionWaitMax = std::chrono::seconds(30);
+/// A learner that is silent for so long is forgotten.
+inline constexpr Duration kLearnerSilenceMax = std::chrono::seconds(60);
+/// A worker that is to end waits so long for its last answers to be acknowledged.
+inline constexpr Duration kDrainGrace = std::chrono::seconds(5);
+
+// The learner.
+
+inline constexpr Duration kLearnerStatusPeriod = std::chrono::seconds(1);
+/// A worker heard of so lately is alive; the others get nothing until they are heard again.
+inline constexpr Duration kWorkerAlive = std::chrono::milliseconds(600);
+/// A worker that has been silent so long has left.
+inline constexpr Duration kWorkerSilence = std::chrono::seconds(3);
+/// The shortest lease of a roll-out that no worker has said it holds; and of one that it has.
+inline constexpr Duration kLeaseMin = std::chrono::milliseconds(10);
+inline constexpr Duration kHeldLeaseMin = std::chrono::seconds(1);
+/// Between two publications of one definition, however many workers ask.
+inline constexpr Duration kPublicationPause = std::chrono::milliseconds(20);
+/// How long an accepted result may wait for stable storage, and its worker for the acknowledgement.
+inline constexpr Duration kSyncPeriod = std::chrono::milliseconds(10);
+/// A learner that ends waits so long for the local worker it has told to end.
+inline constexpr Duration kLocalWorkerGrace = std::chrono::seconds(6);
+
+// What must hold between them.
+
+static_assert(2 * kIdleHeartbeat < kWorkerAlive,
+              "a worker that is heard at every second heartbeat is given roll-outs");
+static_assert(kBusyHeartbeat <= kIdleHeartbeat,
+              "what holds for the slower heartbeat holds for the faster one");
+static_assert(kWorkerAlive < kWorkerSilence,
+              "a worker gets nothing more before what it has is given to others");
+static_assert(10 * kIdleHeartbeat < kWorkerSilence,
+              "ten heartbeats lost in a row are no accident, fewer may be");
+static_assert(
+    5 * kBusyHeartbeat < kHeldLeaseMin,
+    "a roll-out that is held is named again, four losses in between, before its lease ends");
+static_assert(kRepeatIntervalMin < kLeaseMin,
+              "an answer that was lost is repeated before its roll-out is asked for again");
+static_assert(kSyncPeriod < kRepeatIntervalMax,
+              "repeating slows down past the time an acknowledgement waits for the disk");
+static_assert(kPublicationPause < kAskInterval,
+              "a definition may be published again by the time it is asked for again");
+static_assert(10 * kAskInterval < kDefinitionWaitMax,
+              "a definition is asked for many times before its roll-outs are let go");
+static_assert(10 * kLearnerStatusPeriod < kLearnerSilenceMax,
+              "a learner with nothing to give out is not forgotten for some lost messages");
+static_assert(kDefinitionWaitMax < kLearnerSilenceMax,
+              "roll-outs that wait for a definition are let go by reason, not with their learner");
+static_assert(2 * kRepeatIntervalMax < kDrainGrace,
+              "the last answers are repeated before a worker ends without an acknowledgement");
+static_assert(kDrainGrace < kLocalWorkerGrace,
+              "a learner does not kill its worker while that waits for it");
+
+}  // namespace treeroll::protocol
