@@ -117,7 +117,7 @@ TEST(StartPolicyTest, RefusesWhatCannotBeUsedNamingTheKey) {
       {R"({"components": [128]})", "at most 64"},
       {R"({"components": [1,1,1,1,1,1,1,1,1]})", "from 1 to 8 numbers"},
       {R"({"components": 4})", "policy.components"},
-      {R"({"layout": "psi"})", "tree_policy(policy).layout()"},
+      {R"({"layout": "psi"})", "policy.layout"},
       {R"({"frames": "global"})", "policy.frames"},
       {R"({"colour": 1})", "policy.colour"},
       {R"({"demonstration": 1})", "policy.demonstration"},

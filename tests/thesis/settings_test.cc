@@ -48,7 +48,7 @@ void expect_equally_spaced(const Gmm& gmm, int num_components, double duration, 
 }
 
 void expect_start(const Condition& condition, double duration) {
-  const TreeModel& start = condition.start;
+  const TreeModel& start = tree_policy(*condition.start).tree();
   expect_equally_spaced(start.finest(), 4, duration, duration / 8);
   if (start.num_layers() == 1) return;
   expect_equally_spaced(start.layer(1), 2, duration, std::numbers::sqrt2 * duration / 8);
@@ -121,7 +121,7 @@ TEST(SettingsTest, Section431TheDemonstrationTheFitsAndTheReward) {
     if (condition.name.starts_with("top_down_tree")) continue;  // not the thesis's
     const bool is_flat = condition.name.starts_with("flat");
     const TreeModel& expected = is_flat ? flat : tree;
-    const TreeModel& start = condition.start;
+    const TreeModel& start = tree_policy(*condition.start).tree();
     ASSERT_EQ(start.num_layers(), expected.num_layers());
     for (int layer = 1; layer <= expected.num_layers(); ++layer) {
       ASSERT_EQ(start.layer(layer).num_components(), 2 * (is_flat ? 2 : layer));

@@ -15,7 +15,7 @@ using nlohmann::json;
 using protocol::DefinitionReport;
 using ::testing::HasSubstr;
 
-/// Its reward is what theta's first number, the mean's first, says; some have a meaning.
+/// Its reward is theta's second number, the mean of the output; some have a meaning.
 class MirrorTask : public Task {
  public:
   explicit MirrorTask(SettingsReader& settings) {
@@ -25,6 +25,7 @@ class MirrorTask : public Task {
     return {.input_dim = 1, .output_dim = 1, .time_limit_s = 1};
   }
   Evaluation evaluate(Controller& controller, std::uint64_t seed) override {
+    controller.start();
     const double mean = controller.act(0);
     if (mean == 7) throw std::runtime_error("seven");
     if (mean == 8) throw 8;  // NOLINT(hicpp-exception-baseclass)
@@ -90,27 +91,27 @@ TEST_F(EvaluatorTest, DescribesWhatItCanBuildAndSaysWhyItCannot) {
 
 TEST_F(EvaluatorTest, GivesRewardsAndSeeds) {
   define();
-  EXPECT_EQ(evaluate({.5, 0, 0}).reward, .5);
-  EXPECT_EQ(evaluate({10, 0, 0}, 3).reward, .3);
-  EXPECT_GT(evaluate({.5, 0, 0}).duration_ns, 0);
+  EXPECT_EQ(evaluate({0, .5, 0}).reward, .5);
+  EXPECT_EQ(evaluate({0, 10, 0}, 3).reward, .3);
+  EXPECT_GT(evaluate({0, .5, 0}).duration_ns, 0);
 }
 
 TEST_F(EvaluatorTest, TurnsWhatGoesWrongIntoAStatusWithRewardZero) {
   define();
   for (const double bad : {7., 8., 9., 1.5, -.5}) {
-    EXPECT_EQ(evaluate({bad, 0, 0}).status, RolloutStatus::kFailed) << bad;
-    EXPECT_EQ(evaluate({bad, 0, 0}).reward, 0) << bad;
+    EXPECT_EQ(evaluate({0, bad, 0}).status, RolloutStatus::kFailed) << bad;
+    EXPECT_EQ(evaluate({0, bad, 0}).reward, 0) << bad;
   }
-  EXPECT_EQ(evaluate({11, 0, 0}).status, RolloutStatus::kDiverged);
-  EXPECT_EQ(evaluate({11, 0, 0}).reward, 0);
+  EXPECT_EQ(evaluate({0, 11, 0}).status, RolloutStatus::kDiverged);
+  EXPECT_EQ(evaluate({0, 11, 0}).reward, 0);
   EXPECT_EQ(evaluate({.5, 0}).status, RolloutStatus::kFailed) << "theta of another size";
-  EXPECT_EQ(evaluate({.5, 0, 0}).status, RolloutStatus::kOk) << "and goes on";
+  EXPECT_EQ(evaluate({0, .5, 0}).status, RolloutStatus::kOk) << "and goes on";
 }
 
 TEST_F(EvaluatorTest, ForgetsADefinitionWithoutContent) {
   define();
   EXPECT_FALSE(evaluator_.handle(protocol::TaskDefinition{0, content_hash("t"), ""}));
-  EXPECT_EQ(evaluate({.5, 0, 0}).status, RolloutStatus::kFailed);
+  EXPECT_EQ(evaluate({0, .5, 0}).status, RolloutStatus::kFailed);
 }
 
 }  // namespace
