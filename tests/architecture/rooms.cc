@@ -7,7 +7,7 @@ const std::map<std::string, Room>& rooms() {
       {"lcmtypes", {}},
       {"common/base", {.arrows = {}, .is_core = true, .is_portable = true}},
       {"common/files", {.arrows = {"common/base"}}},
-      {"common/program", {}},
+      {"common/program", {.arrows = {"common/base"}}},
       {"common/mixture", {.arrows = {"common/base"}, .is_core = true, .is_portable = true}},
       {"common/policy", {.arrows = {"common/base"}, .is_core = true, .is_portable = true}},
       {"common/policy/tree",
