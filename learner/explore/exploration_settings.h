@@ -26,7 +26,7 @@ struct ExplorationSettings {
   std::vector<double>
       noise_variance;  ///< diag of Sigma_noise for one component (theta_dim_per_component)
   double initial_noise_factor = 1;  ///< gamma: initial noise = gamma * noise_variance
-  /// In place of those two: deviation of the initial noise in steps of sensitivity_scale(), in
+  /// In place of those two: deviation of the initial noise in Policy::steps_of_equal_effect(), in
   /// units of the output.
   std::optional<double> initial_step;
   bool reuse = true;    ///< the next layer begins with the experience of the one left

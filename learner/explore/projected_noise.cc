@@ -5,7 +5,7 @@
 #include "common/base/check.h"
 #include "common/base/mirrored.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 /// Deviation given to unexplored directions, as a share of that of the explored ones.
@@ -62,4 +62,4 @@ Eigen::MatrixXd with_unexplored_directions(const Eigen::MatrixXd& noise,
                               (unit.asDiagonal() * unexplored * unit.asDiagonal()).eval());
 }
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

@@ -5,7 +5,7 @@
 
 #include "common/policy/policy.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 
 /// Derivative of a projection at the roll-out `theta`, by central differences: column i says where
 /// a step along theta_i leads in the next layer. Its columns span what has been explored.
@@ -25,4 +25,4 @@ Eigen::MatrixXd with_unexplored_directions(const Eigen::MatrixXd& noise,
                                            const Eigen::MatrixXd& jacobian,
                                            const Eigen::VectorXd& unit);
 
-}  // namespace treeroll
+}  // namespace treeroll::explore

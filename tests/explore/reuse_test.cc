@@ -7,7 +7,7 @@
 #include "learner/explore/projected_noise.h"
 #include "trees.h"
 
-namespace treeroll {
+namespace treeroll::explore {
 namespace {
 
 TEST(ProjectedNoiseTest, TheJacobianSaysWhereASmallStepLeads) {
@@ -51,8 +51,7 @@ Exploration switched(const ExplorationSettings& settings) {
 
 TEST(ReuseTest, TheNextLayerLearnsFromTheProjectedBestAtItsFirstResult) {
   ExplorationSettings settings = settings_for_means();
-  settings.first_update = 5;
-  settings.best_considered = 3;
+  settings.rule = PowerSettings{.first_update = 5, .best_considered = 3};
   settings.convergence_window = 10;
   settings.last_layer = 2;
   Exploration run = run_over_means(settings, two_layer_tree());
@@ -113,4 +112,4 @@ TEST(ReuseTest, ExperienceWithoutRewardLeavesTheNoiseAsItStarts) {
 }
 
 }  // namespace
-}  // namespace treeroll
+}  // namespace treeroll::explore

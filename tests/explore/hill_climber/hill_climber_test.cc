@@ -20,8 +20,8 @@ ExplorationSettings read(const json& table, json& resolved) {
   std::vector<UpdateRuleKind> rules(standard.begin(), standard.end());
   rules.push_back({"hill_climber", read_hill_climber});
   SettingsReader reader(table, "exploration", resolved);
-  ExplorationSettings settings =
-      read_exploration_settings(reader, two_layer_tree(), ThetaLayout::kMeans, rules);
+  ExplorationSettings settings = read_exploration_settings(
+      reader, TreePolicy(two_layer_tree(), 1, ThetaLayout::kMeans), rules);
   reader.finish();
   return settings;
 }
