@@ -10,7 +10,6 @@
 #include "common/base/settings_reader.h"
 #include "workers/tasks/setting_rules.h"
 #include "workers/tasks/swing_up_task.h"
-#include "workers/tasks/time_settings.h"
 
 namespace treeroll {
 namespace {

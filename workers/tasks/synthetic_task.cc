@@ -14,7 +14,7 @@
 #include "common/base/elementary.h"
 #include "common/base/random_stream.h"
 #include "common/base/settings_reader.h"
-#include "workers/tasks/time_settings.h"
+#include "workers/tasks/setting_rules.h"
 
 namespace treeroll {
 namespace {

@@ -117,9 +117,9 @@ double learn(const Study& study, double& first_reward, std::size_t& num_switches
     return std::get<protocol::DefinitionReport>(*evaluator.handle(definition)).accepted;
   };
   EXPECT_TRUE(accepted(protocol::TaskDefinition{1, task_id, condition.task_content}));
-  Exploration run(condition.exploration, *condition.start, 1, 0);
+  explore::Exploration run(condition.exploration, *condition.start, 1, 0);
   while (!run.done()) {
-    const Draw draw = *run.ask();
+    const explore::Draw draw = *run.ask();
     const std::string policy = to_json(run.policy(draw.layer));
     const ContentHash policy_id = content_hash(policy);
     EXPECT_TRUE(accepted(protocol::PolicyDefinition{1, policy_id, policy}));

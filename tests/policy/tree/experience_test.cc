@@ -144,8 +144,8 @@ TEST(ExperienceTest, TheMeanProjectsToTheNextLayersStart) {
 }
 
 TEST(ExperienceTest, HasNothingWhereNoMixtureRepresentsTheRollout) {
-  const TreePolicy left{two_layer_tree(), 1, ThetaLayout::kMeansCholesky};
-  const TreePolicy next{two_layer_tree(), 2, ThetaLayout::kMeansCholesky};
+  const TreePolicy left{explore::two_layer_tree(), 1, ThetaLayout::kMeansCholesky};
+  const TreePolicy next{explore::two_layer_tree(), 2, ThetaLayout::kMeansCholesky};
   Eigen::VectorXd extreme = left.theta();
   extreme[0] = 1e60;
   EXPECT_FALSE(project_experience(left, next, extreme));

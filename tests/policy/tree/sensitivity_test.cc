@@ -25,7 +25,7 @@ TEST(SensitivityTest, OfOneGaussianIsTheSlopeOfALine) {
 }
 
 TEST(SensitivityTest, StepsOfThatLengthMoveTheOutputAlike) {
-  const TreePolicy policy{two_layer_tree(), 1, ThetaLayout::kMeansCholesky};
+  const TreePolicy policy{explore::two_layer_tree(), 1, ThetaLayout::kMeansCholesky};
   const Eigen::VectorXd scale = sensitivity_scale(policy);
   ASSERT_EQ(scale.size(), 6);
   EXPECT_TRUE((scale.array() > 0).all() && scale.allFinite());
@@ -36,7 +36,7 @@ TEST(SensitivityTest, StepsOfThatLengthMoveTheOutputAlike) {
 
 TEST(SensitivityTest, IsInTheUnitsOfTheOutput) {
   const auto scale_with = [](double unit) {
-    Gmm gmm = spaced_gmm(3);
+    Gmm gmm = explore::spaced_gmm(3);
     std::vector<Component> components = gmm.components();
     for (std::size_t k = 0; k < 3; ++k) {
       components[k].mean[1] = unit * (1. + static_cast<double>(k * k));

@@ -1,4 +1,4 @@
-#include "workers/tasks/time_settings.h"
+#include "workers/tasks/setting_rules.h"
 
 namespace treeroll {
 
