@@ -16,7 +16,7 @@ void carry_out(const Effects& effects, EffectHandler& handler) {
     if (const auto* send = std::get_if<SendMessage>(&effect)) handler.send(send->message);
   }
   for (const Effect& effect : effects) {
-    if (const auto* log = std::get_if<WriteLog>(&effect)) handler.log(log->line);
+    if (const auto* log = std::get_if<LogLine>(&effect)) handler.log(*log);
   }
 }
 

@@ -37,7 +37,7 @@ void LearnerCore::step(TimePoint now, const Event& event, Effects& effects) {
   if (outcome_ != Outcome::kRunning && !last_words) return;
   const Turn turn{now, effects, log_limiter_};
   std::visit([&](const auto& what) { on(turn, what); }, event);
-  if (outcome_ != Outcome::kRunning) turn.log_the_rest();
+  if (outcome_ != Outcome::kRunning) turn.log_rest();
 }
 
 TimePoint LearnerCore::next_deadline() const {
@@ -89,7 +89,7 @@ void LearnerCore::on(const Turn& turn, const TimerFired&) {
   if (status_is_due) {
     workforce_.remind(turn);
     publish_status(turn);
-    turn.log_what_is_due();
+    turn.log_due();
     next_status_ = turn.now + protocol::kLearnerStatusPeriod;
   }
   finish_if_stopped(turn);

@@ -33,10 +33,11 @@ void LearnerCore::pass_time(const Turn& turn, const LearningTime& time) {
     run.stop();
     draw(turn, run);
   }
-  turn.log(LogLine::Level::kInfo, "time",
-           fmt::format("the study's time of {:g} s is up with {} roll-outs; what is under way is "
-                       "waited for, then each run's policy is evaluated",
-                       to_seconds(*study_.stop_after), num_applied_));
+  turn.inform(
+      "time",
+      fmt::format("the study's time of {:g} s is up with {} roll-outs; what is under way is "
+                  "waited for, then each run's policy is evaluated",
+                  to_seconds(*study_.stop_after), num_applied_));
 }
 
 /// What an earlier incarnation has counted counts.

@@ -3,7 +3,7 @@
 #include <variant>
 #include <vector>
 
-#include "common/base/log_limiter.h"
+#include "common/base/turn.h"
 #include "common/protocol/messages.h"
 #include "learner/core/accepted_result.h"
 #include "learner/core/learning_time.h"
@@ -52,11 +52,10 @@ struct AppendTime {
 struct SendMessage {
   protocol::Message message;
 };
-struct WriteLog {
-  LogLine line;
-};
 
-using Effect = std::variant<AppendResult, AppendTime, SendMessage, WriteLog>;
+using Effect = std::variant<AppendResult, AppendTime, SendMessage, LogLine>;
 using Effects = std::vector<Effect>;
+
+using Turn = treeroll::Turn<Effect>;
 
 }  // namespace treeroll::learner

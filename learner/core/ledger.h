@@ -85,6 +85,7 @@ class Ledger {
 
   std::size_t num_leased() const { return deadlines_.size(); }
 
+  /// What the ledger sees of them: not applied, pending and failed, which only runs know.
   LedgerCounters counters;
 
  private:

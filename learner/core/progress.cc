@@ -45,7 +45,7 @@ void LearnerCore::publish_run(const Turn& turn, int index) {
   const Condition& condition = study_.conditions[run.condition()];
   protocol::RunStatus status = run_status(run, condition);
   status.learner_id = learner_id_;
-  turn.send(std::move(status));
+  turn.effects.emplace_back(SendMessage{std::move(status)});
 
   const explore::Exploration::Best& best = run.exploration().best();
   double& announced = announced_best_.try_emplace(index, -1).first->second;
@@ -53,8 +53,9 @@ void LearnerCore::publish_run(const Turn& turn, int index) {
   announced = best.reward;
   std::string policy = run.best_policy();
   if (policy.empty()) return;
-  turn.send(protocol::BestPolicy{learner_id_, index, condition.name, run.repetition(), best.rollout,
-                                 best.reward, std::move(policy)});
+  turn.effects.emplace_back(
+      SendMessage{protocol::BestPolicy{learner_id_, index, condition.name, run.repetition(),
+                                       best.rollout, best.reward, std::move(policy)}});
 }
 
 void LearnerCore::publish_status(const Turn& turn) {
@@ -90,7 +91,7 @@ void LearnerCore::publish_status(const Turn& turn) {
     const explore::Exploration::Best& best = run.exploration().best();
     if (best.rollout >= 0) status.best_reward = std::max(status.best_reward, best.reward);
   }
-  turn.send(std::move(status));
+  turn.effects.emplace_back(SendMessage{std::move(status)});
 }
 
 }  // namespace treeroll::learner

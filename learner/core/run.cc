@@ -9,7 +9,7 @@ namespace {
 
 explore::Exploration start(const Study& study, const Condition& condition, int repetition) {
   return explore::Exploration(condition.exploration, *condition.start, study.seed,
-                     static_cast<std::uint32_t>(repetition));
+                              static_cast<std::uint32_t>(repetition));
 }
 
 }  // namespace

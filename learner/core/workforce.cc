@@ -61,8 +61,8 @@ std::optional<TimePoint> Workforce::next_deadline() const {
 
 void Workforce::look_after_leases(const Turn& turn) {
   for (const WorkerEntry& silent : workers_.remove_silent(turn.now)) {
-    turn.log(
-        LogLine::Level::kWarning, "workers that leave",
+    turn.warn(
+        "workers that leave",
         fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back", describe(silent),
                     to_seconds(protocol::kWorkerSilence), ledger_.leases_of(silent.id).size()));
     ledger_.take_back_all(silent.id);
@@ -106,7 +106,7 @@ void Workforce::dispatch(const Turn& turn) {
     for (const protocol::RolloutRequest& request : batch.rollouts) {
       ledger_.set_batch(request.key, batch.sequence);
     }
-    turn.send(std::move(batch));
+    turn.effects.emplace_back(SendMessage{std::move(batch)});
   }
 }
 
@@ -115,10 +115,11 @@ WorkerEntry* Workforce::hear(const Turn& turn, protocol::WorkerId id) {
   WorkerEntry* worker = workers_.hear(id, turn.now);
   if (worker || refuses_workers_) return worker;
   refuses_workers_ = true;
-  turn.log(LogLine::Level::kWarning, "workers refused",
-           fmt::format("worker {:x} is refused, and so are others until one leaves: {} workers are "
-                       "the most that are served",
-                       id, protocol::kWorkersMax));
+  turn.warn(
+      "workers refused",
+      fmt::format("worker {:x} is refused, and so are others until one leaves: {} workers are "
+                  "the most that are served",
+                  id, protocol::kWorkersMax));
   return nullptr;
 }
 
@@ -135,14 +136,12 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
   worker->receive_buffer_bytes = status.receive_buffer_bytes;
   worker->draining = status.draining;
   if (is_new) {
-    turn.log(
-        LogLine::Level::kInfo, "workers that join",
-        fmt::format("{} has joined with {} evaluators", describe(*worker), worker->num_evaluators));
+    turn.inform("workers that join", fmt::format("{} has joined with {} evaluators",
+                                                 describe(*worker), worker->num_evaluators));
     publish_undescribed_tasks(turn);
   }
   if (starts_draining) {
-    turn.log(LogLine::Level::kInfo, "workers that drain",
-             fmt::format("{} takes no more roll-outs", describe(*worker)));
+    turn.inform("workers that drain", fmt::format("{} takes no more roll-outs", describe(*worker)));
   }
   const auto held = std::find_if(
       status.held.begin(), status.held.end(),
@@ -185,10 +184,9 @@ void Workforce::refuse(const Turn& turn, WorkerEntry& worker, const ContentHash&
   worker.refused[definition] = {cut_text(reason, protocol::kReasonBytesMax),
                                 turn.now + kRefusalLasts};
   if (!is_new) return;
-  turn.log(
-      LogLine::Level::kWarning, "definitions refused",
-      fmt::format("{} refuses the {}: {}", describe(worker),
-                  tasks_.find(definition) ? "task" : "policy", worker.refused[definition].reason));
+  turn.warn("definitions refused", fmt::format("{} refuses the {}: {}", describe(worker),
+                                               tasks_.find(definition) ? "task" : "policy",
+                                               worker.refused[definition].reason));
   const std::set<protocol::RolloutKey> leases = ledger_.leases_of(worker.id);
   for (const protocol::RolloutKey key : leases) {
     const Question& question = ledger_.find(key)->question;
@@ -198,7 +196,8 @@ void Workforce::refuse(const Turn& turn, WorkerEntry& worker, const ContentHash&
 
 void Workforce::publish_task(const Turn& turn, const ContentHash& id) {
   if (!tasks_.may_publish(id, turn.now)) return;
-  turn.send(protocol::TaskDefinition{settings_.learner_id, id, *tasks_.find(id)});
+  turn.effects.emplace_back(
+      SendMessage{protocol::TaskDefinition{settings_.learner_id, id, *tasks_.find(id)}});
 }
 
 void Workforce::publish_undescribed_tasks(const Turn& turn) {
@@ -209,7 +208,8 @@ void Workforce::publish_undescribed_tasks(const Turn& turn) {
 
 void Workforce::publish_policy(const Turn& turn, const ContentHash& id) {
   if (!policies_.may_publish(id, turn.now)) return;
-  turn.send(protocol::PolicyDefinition{settings_.learner_id, id, *policies_.find(id)});
+  turn.effects.emplace_back(
+      SendMessage{protocol::PolicyDefinition{settings_.learner_id, id, *policies_.find(id)}});
 }
 
 const TaskDescription* Workforce::facts_of(const ContentHash& task_id) const {

@@ -10,9 +10,9 @@
 #include "common/base/task_description.h"
 #include "learner/core/answer.h"
 #include "learner/core/definition_book.h"
+#include "learner/core/learner_events.h"
 #include "learner/core/learner_settings.h"
 #include "learner/core/ledger.h"
-#include "learner/core/turn.h"
 #include "learner/core/worker_table.h"
 
 namespace treeroll::learner {

@@ -86,20 +86,21 @@ void Workforce::compare_with_taken(const Turn& turn, const WorkerEntry& worker,
                           before->numeric_class == numeric_class(worker.numeric_class);
   if (!comparable || (before->reward == result.reward && before->status == result.status)) return;
   ++ledger_.counters.conflicting;
-  turn.log(LogLine::Level::kWarning, "suspicious results",
-           fmt::format("{} gave reward {} where {} was accepted, run {} roll-out {}: one of two "
-                       "workers of the same numeric class is broken",
-                       describe(worker), result.reward, before->reward, result.key.run,
-                       result.key.number));
+  turn.warn("suspicious results",
+            fmt::format("{} gave reward {} where {} was accepted, run {} roll-out {}: one of two "
+                        "workers of the same numeric class is broken",
+                        describe(worker), result.reward, before->reward, result.key.run,
+                        result.key.number));
 }
 
 void Workforce::distrust(const Turn& turn, WorkerEntry& worker,
                          const protocol::RolloutResult& result, const TaskDescription& facts) {
   ++ledger_.counters.rejected;
   worker.distrusted = true;
-  turn.log(LogLine::Level::kError, "rewards out of range",
-           fmt::format("{} gave reward {} outside the task's range {} to {}: it gets no more work",
-                       describe(worker), result.reward, facts.reward_min, facts.reward_max));
+  turn.write(
+      {LogLine::Level::kError, "rewards out of range",
+       fmt::format("{} gave reward {} outside the task's range {} to {}: it gets no more work",
+                   describe(worker), result.reward, facts.reward_min, facts.reward_max)});
   ledger_.take_back_all(worker.id);
 }
 

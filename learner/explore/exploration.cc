@@ -91,10 +91,9 @@ bool Exploration::go_to_next_layer() {
   try {
     NextLayer next = policies_.back()->next_layer(carried);
     static_cast<void>(next.policy->controller());  // what workers make of it
-    search_ = LayerSearch(
-        settings_, settings_.reuse
-                       ? start_with_experience(settings_, rule, next, carried, num_told_)
-                       : fresh_start(settings_, *next.policy));
+    search_ = LayerSearch(settings_, settings_.reuse ? start_with_experience(settings_, rule, next,
+                                                                             carried, num_told_)
+                                                     : fresh_start(settings_, *next.policy));
     policies_.push_back(std::move(next.policy));
     return true;
   } catch (const std::invalid_argument&) {

@@ -23,9 +23,8 @@ struct ExplorationSettings {
   std::optional<double> convergence_gain;
   std::optional<double> stop_at_reward;  ///< the run ends with the first reward of at least this
   bool stop_on_convergence = false;      ///< the run ends when the last layer has converged
-  std::vector<double>
-      noise_variance;  ///< diag of Sigma_noise for one component (theta_dim_per_component)
-  double initial_noise_factor = 1;  ///< gamma: initial noise = gamma * noise_variance
+  std::vector<double> noise_variance;    ///< Policy::noise_variance_dim() numbers: Sigma_noise
+  double initial_noise_factor = 1;       ///< gamma: initial noise = gamma * noise_variance
   /// In place of those two: deviation of the initial noise in Policy::steps_of_equal_effect(), in
   /// units of the output.
   std::optional<double> initial_step;

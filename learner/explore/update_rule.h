@@ -3,9 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
-#include <optional>
-#include <span>
-#include <vector>
 
 #include "common/base/random_stream.h"
 #include "learner/explore/best_rollouts.h"

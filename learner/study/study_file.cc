@@ -154,8 +154,8 @@ Budget read_study_table(const json& settings, Study& study, json& resolved) {
   return budget;
 }
 
-explore::ExplorationSettings read_exploration(const json& settings, const Policy& policy, Budget budget,
-                                     json& resolved) {
+explore::ExplorationSettings read_exploration(const json& settings, const Policy& policy,
+                                              Budget budget, json& resolved) {
   SettingsReader reader(settings, "exploration", resolved);
   explore::ExplorationSettings exploration = explore::read_exploration_settings(reader, policy);
   reader.finish();

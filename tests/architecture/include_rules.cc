@@ -27,7 +27,8 @@ const std::vector<Owned>& owned() {
       {std::regex(R"(^common/policy/tree/)"),
        {"common/policy/tree", "common/policy/kinds", "learner/fit"},
        "what a policy is made of is its kind's business: use Policy of common/policy/policy.h"},
-      {std::regex(R"(^CLI/|^spdlog/sinks/)"), {"common/program"},
+      {std::regex(R"(^CLI/|^spdlog/sinks/)"),
+       {"common/program"},
        "options and the log's sink take seconds to compile: use CommandLine and run_main of "
        "common/program/program.h"},
   };

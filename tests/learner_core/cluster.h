@@ -156,7 +156,7 @@ class Cluster {
     if (!results.empty()) core->step(now, JournalSynced{}, effects);
     for (const Effect& effect : effects) {
       if (const auto* time = std::get_if<AppendTime>(&effect)) times[journal.size()] = time->time;
-      if (const auto* line = std::get_if<WriteLog>(&effect)) log.push_back(line->line);
+      if (const auto* line = std::get_if<LogLine>(&effect)) log.push_back(*line);
     }
     for (const protocol::Message& message : messages_in(effects)) {
       sent.push_back(message);

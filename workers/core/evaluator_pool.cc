@@ -20,8 +20,8 @@ constexpr Duration kLookAgainMin = std::chrono::milliseconds(1);
 constexpr int kBareDeathsOfTrouble = 2;
 
 // CPU time decides what a job may take, for on a loaded machine that is all an honest one cannot
-// help. What sleeps or is stopped burns none: a job that has had less than kBusyShare of one core
-// over a stretch of wall time is blocked. A share this small is left to each of a hundred
+// help. What sleeps or is stopped burns none: a job that has had less than 1 / kBusyShareInverse of
+// one core over a stretch of wall time is blocked. A share this small is left to each of a hundred
 // evaluators that crowd one core. The stretch and the pause between two looks make twice the limit
 // and a second from the moment it blocks, at most.
 constexpr int kBusyShareInverse = 100;

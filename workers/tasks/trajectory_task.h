@@ -19,9 +19,11 @@ class TrajectoryTask : public Task {
   ///   samples = 100              # at duration_s (i + .5) / samples
   ///   alpha = 20
   ///   time_limit_s = 10
-  ///   [goal]                     # as common/mixture/mixture_settings.h reads a mixture: one
-  ///   input, outputs = [1.25, .75, -.75, -1.25]   # any number of outputs; equally spaced ones
-  ///   over the deviations = [.25, .3]               # duration, unless a range or means are given
+  ///   [goal]                     # one input, any number of outputs
+  ///   outputs = [1.25, .75, -.75, -1.25]
+  ///   deviations = [.25, .3]
+  /// The goal is a mixture as common/mixture/mixture_settings.h reads it, equally spaced over the
+  /// duration unless a range or means are given.
   static std::unique_ptr<Task> with_mixture_goal(SettingsReader& settings);
 
   /// The task "spiral" of section A-4-3: two outputs that go round a circle over time, (A-35).

@@ -98,8 +98,8 @@ plant("window kept across a switch" learner/explore/exploration.cc
     const std::int64_t num_results = search_.num_results_;
     search_ = LayerSearch(]])
 plant("window kept across a switch" learner/explore/exploration.cc
-  [[policies_.push_back(std::move(next));]]
-  [[policies_.push_back(std::move(next));
+  [[policies_.push_back(std::move(next.policy));]]
+  [[policies_.push_back(std::move(next.policy));
     if (PLANTED) search_.window_ = window, search_.num_results_ = num_results;]])
 
 plant("budget off by one with several in flight" learner/explore/exploration.cc
