@@ -44,7 +44,7 @@ class CmaEsRule final : public PopulationRule {
 
 }  // namespace
 
-std::unique_ptr<UpdateRule> make_rule(const CmaEsRuleSettings& settings, LayerStart start) {
+std::unique_ptr<UpdateRule> make_rule(const CmaEsRuleSettings& settings, const LayerStart& start) {
   return std::make_unique<CmaEsRule>(settings, start.distribution);
 }
 

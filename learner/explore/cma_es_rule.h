@@ -17,7 +17,7 @@ struct CmaEsRuleSettings {
   bool operator==(const CmaEsRuleSettings&) const = default;
 };
 
-std::unique_ptr<UpdateRule> make_rule(const CmaEsRuleSettings& settings, LayerStart start);
+std::unique_ptr<UpdateRule> make_rule(const CmaEsRuleSettings& settings, const LayerStart& start);
 
 /// Also says, by `coordinates`, what the initial noise of the run comes from.
 void read_cma_es(SettingsReader& exploration, ExplorationSettings& settings);
