@@ -28,13 +28,13 @@ class PendulumTask : public treeroll::Task {
     return {.input_dim = 1, .output_dim = 1, .reward_min = 0, .reward_max = 1, .time_limit_s = 5};
   }
 
-  treeroll::Evaluation evaluate(treeroll::Controller& controller, std::uint64_t /*seed*/) override {
+  treeroll::Outcome evaluate(treeroll::Controller& controller, std::uint64_t /*seed*/) override {
     return roll_out(controller, nullptr);
   }
 
   /// For `treeroll-evaluate --trace` and for the report's pictures; a task may do without.
-  treeroll::Evaluation evaluate_traced(treeroll::Controller& controller, std::uint64_t /*seed*/,
-                                       treeroll::Trace& trace) override {
+  treeroll::Outcome evaluate_traced(treeroll::Controller& controller, std::uint64_t /*seed*/,
+                                    treeroll::Trace& trace) override {
     trace.set_columns({"time_s", "angle_rad", "cart_m", "cart_acceleration_mps2", "cost"});
     trace.set_policy_columns({"time_s"}, {"cart_acceleration_mps2"});
     return roll_out(controller, &trace);
@@ -51,13 +51,14 @@ class PendulumTask : public treeroll::Task {
     double cart_rate = 0;
   };
 
-  treeroll::Evaluation roll_out(treeroll::Controller& controller, treeroll::Trace* trace) {
+  treeroll::Outcome roll_out(treeroll::Controller& controller, treeroll::Trace* trace) {
     controller.start();
     State state;
     double cost_min = std::numeric_limits<double>::infinity();
     for (int n = 0; n < duration_s_ / kStepS; ++n) {
       // Tells the learner that this was no pendulum any more, however well it had begun.
-      if (!(cost(state) < kCostMax)) return {.status = treeroll::RolloutStatus::kDiverged};
+      if (!(cost(state) < kCostMax))
+        return treeroll::Outcome::failed(treeroll::RolloutStatus::kDiverged);
       cost_min = std::min(cost_min, cost(state));
       const double time_s = n * kStepS;
       const double cart_acceleration_mps2 = controller.act(time_s);
@@ -69,7 +70,7 @@ class PendulumTask : public treeroll::Task {
       }
       advance(state, cart_acceleration_mps2);
     }
-    return {.reward = treeroll::elementary::exp(-cost_min)};
+    return treeroll::Outcome::ok(treeroll::elementary::exp(-cost_min));
   }
 
   static double cost(const State& s) {

@@ -57,7 +57,7 @@ void count(const JournalRecord& record, Contents& contents) {
     contents.time = *time;
   } else if (const auto* result = std::get_if<AcceptedResult>(&record)) {
     ++contents.num_results;
-    if (result->status != RolloutStatus::kOk) ++contents.num_failed;
+    if (!result->outcome.is_ok()) ++contents.num_failed;
   } else if (std::holds_alternative<JournalSeal>(record)) {
     ++contents.num_seals;
   }
@@ -156,16 +156,16 @@ bool verify(const Places& places) {
 }
 
 std::string line_of(const AcceptedResult& result, protocol::LearnerId learner, bool as_json) {
-  const std::string_view status = name(result.status);
+  const std::string_view status = name(result.outcome.status());
   if (!as_json) {
-    return fmt::format("{},{},{},{},{:x},{:x}\n", result.key.run, result.key.number, result.reward,
-                       status, static_cast<std::uint64_t>(result.worker_id),
-                       static_cast<std::uint64_t>(learner));
+    return fmt::format(
+        "{},{},{},{},{:x},{:x}\n", result.key.run, result.key.number, result.outcome.reward(),
+        status, static_cast<std::uint64_t>(result.worker_id), static_cast<std::uint64_t>(learner));
   }
   const nlohmann::ordered_json line{
       {"run", result.key.run},
       {"rollout", result.key.number},
-      {"reward", result.reward},
+      {"reward", result.outcome.reward()},
       {"status", status},
       {"worker", fmt::format("{:x}", static_cast<std::uint64_t>(result.worker_id))},
       {"learner", fmt::format("{:x}", static_cast<std::uint64_t>(learner))}};

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "common/base/rollout_status.h"
+#include "common/base/outcome.h"
 #include "common/protocol/messages.h"
 
 namespace treeroll {
@@ -11,8 +11,7 @@ namespace treeroll {
 struct AcceptedResult {
   protocol::RolloutKey key;
   std::int64_t content = 0;  ///< of the question: a fold recomputes and compares it
-  double reward = 0;         ///< 0 unless the status is ok
-  RolloutStatus status = RolloutStatus::kOk;
+  Outcome outcome;
   protocol::WorkerId worker_id = 0;
   bool operator==(const AcceptedResult&) const = default;
 };

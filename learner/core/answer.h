@@ -1,13 +1,12 @@
 #pragma once
 
-#include "common/base/rollout_status.h"
+#include "common/base/outcome.h"
 
 namespace treeroll::learner {
 
 /// What a roll-out has come to, and on what kind of processor.
 struct Answer {
-  double reward = 0;
-  RolloutStatus status = RolloutStatus::kOk;
+  Outcome outcome;
   int numeric_class = 0;  ///< by the learner's count
 };
 

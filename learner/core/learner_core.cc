@@ -65,10 +65,11 @@ void LearnerCore::on(const Turn& turn, const ResultRecovered& event) {
                             open ? "draws with other numbers" : "does not ask for at this place"));
   }
   const TaskDescription* facts = workforce_.facts_of(open->question.task_id);
-  if (facts && result.status == RolloutStatus::kOk && !facts->is_in_range(result.reward)) {
+  if (facts && result.outcome.is_ok() && !facts->is_in_range(result.outcome.reward())) {
     return fail(fmt::format(
         "the journal gives run {} roll-out {} reward {}, outside the task's range {} to {}",
-        result.key.run, result.key.number, result.reward, facts->reward_min, facts->reward_max));
+        result.key.run, result.key.number, result.outcome.reward(), facts->reward_min,
+        facts->reward_max));
   }
   workforce_.withdraw(result.key);
   take(turn, result, kUnknownClass);
@@ -137,7 +138,7 @@ std::optional<Answer> LearnerCore::answer_of(protocol::RolloutKey key) const {
 void LearnerCore::take(const Turn& turn, const AcceptedResult& result, int numeric_class) {
   Run& run = runs_[result.key.run];
   changed_runs_.insert(result.key.run);
-  num_applied_ += run.accept(result.key.number, result.reward, result.status, numeric_class);
+  num_applied_ += run.accept(result.key.number, result.outcome, numeric_class);
   if (run.done()) {
     finish_run(turn, run);
   } else {

@@ -36,8 +36,8 @@ std::vector<explore::Draw> Run::take_draws() {
   return draws;
 }
 
-int Run::accept(int number, double reward, RolloutStatus status, int numeric_class) {
-  const Answer answer{reward, status, numeric_class};
+int Run::accept(int number, Outcome outcome, int numeric_class) {
+  const Answer answer{outcome, numeric_class};
   if (number == kEvaluation) {
     CHECK(evaluation_wanted_ && !final_, "an evaluation nobody asked for");
     final_ = answer;
@@ -63,11 +63,12 @@ void Run::apply(int number, const Answer& answer) {
   if (records_.size() <= static_cast<std::size_t>(number)) {
     records_.resize(number + 1);
   }
-  records_[number] = {answer.reward, static_cast<std::int16_t>(exploration_.find(number)->layer),
-                      answer.status, answer.numeric_class};
-  last_reward_ = answer.reward;
-  if (answer.status != RolloutStatus::kOk) ++num_failed_;
-  exploration_.tell(number, answer.reward, answer.status);
+  records_[number] = {answer.outcome.reward(),
+                      static_cast<std::int16_t>(exploration_.find(number)->layer),
+                      answer.outcome.status(), answer.numeric_class};
+  last_reward_ = answer.outcome.reward();
+  if (!answer.outcome.is_ok()) ++num_failed_;
+  exploration_.tell(number, answer.outcome.reward(), answer.outcome.status());
 }
 
 std::optional<Answer> Run::answer_of(int number) const {
@@ -78,7 +79,7 @@ std::optional<Answer> Run::answer_of(int number) const {
     return std::nullopt;
   }
   const RolloutRecord& record = records_[number];
-  return Answer{record.reward, record.status, record.numeric_class};
+  return Answer{{record.reward, record.status}, record.numeric_class};
 }
 
 std::string Run::best_policy() const {
@@ -102,7 +103,7 @@ RunRecord Run::record() const {
     record.best_reward = best.reward;
     record.best_policy = best_policy();
   }
-  if (final_) record.final_reward = final_->reward;
+  if (final_) record.final_reward = final_->outcome.reward();
   record.switches = exploration_.switches();
   return record;
 }

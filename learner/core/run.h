@@ -32,7 +32,7 @@ class Run {
 
   /// A result for a roll-out that was asked for and has none yet. In sequence it is held until
   /// all lower numbers are in. @return how many results were applied
-  int accept(int number, double reward, RolloutStatus status, int numeric_class);
+  int accept(int number, Outcome outcome, int numeric_class);
 
   /// The result a roll-out has (held or applied), else nothing.
   std::optional<Answer> answer_of(int number) const;

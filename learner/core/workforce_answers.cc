@@ -57,16 +57,16 @@ void Workforce::accept(const Turn& turn, WorkerEntry& worker,
     ++ledger_.counters.rejected;  // an answer to an older question
     return;
   }
-  const bool ok = result.status == RolloutStatus::kOk;
-  if (ok && !facts->is_in_range(result.reward)) return distrust(turn, worker, result, *facts);
+  const Outcome outcome(result.reward, result.status);
+  if (outcome.is_ok() && !facts->is_in_range(outcome.reward()))
+    return distrust(turn, worker, result, *facts);
 
   note_timing(turn.now, worker, result, *open);
   const Ledger::Entry entry = ledger_.close(key);
   if (!entry.lease || entry.lease->worker != worker.id) ++ledger_.counters.late;
   ++worker.num_accepted;
   last_progress_ = turn.now;
-  const AcceptedResult accepted{key, result.content, ok ? result.reward : 0, result.status,
-                                worker.id};
+  const AcceptedResult accepted{key, result.content, outcome, worker.id};
   turn.effects.emplace_back(AppendResult{accepted});
   ++num_unsynced_;
   client_.take(turn, accepted, numeric_class(worker.numeric_class));
@@ -84,12 +84,12 @@ void Workforce::compare_with_taken(const Turn& turn, const WorkerEntry& worker,
   ++ledger_.counters.duplicate;
   const bool comparable = facts.deterministic && before->numeric_class != kUnknownClass &&
                           before->numeric_class == numeric_class(worker.numeric_class);
-  if (!comparable || (before->reward == result.reward && before->status == result.status)) return;
+  if (!comparable || before->outcome == Outcome(result.reward, result.status)) return;
   ++ledger_.counters.conflicting;
   turn.warn("suspicious results",
             fmt::format("{} gave reward {} where {} was accepted, run {} roll-out {}: one of two "
                         "workers of the same numeric class is broken",
-                        describe(worker), result.reward, before->reward, result.key.run,
+                        describe(worker), result.reward, before->outcome.reward(), result.key.run,
                         result.key.number));
 }
 

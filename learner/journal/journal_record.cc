@@ -64,8 +64,8 @@ std::string payload_of(const JournalRecord& record) {
     put(bytes, result->key.run);
     put(bytes, result->key.number);
     put(bytes, result->content);
-    put(bytes, std::bit_cast<std::uint64_t>(result->reward));
-    put(bytes, static_cast<std::uint8_t>(result->status));
+    put(bytes, std::bit_cast<std::uint64_t>(result->outcome.reward()));
+    put(bytes, static_cast<std::uint8_t>(result->outcome.status()));
     put(bytes, result->worker_id);
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
     put(bytes, static_cast<std::uint8_t>(kTime));
@@ -91,14 +91,14 @@ Result<JournalRecord> record_of(std::string_view payload) {
     result.key.run = cursor.take<std::int32_t>();
     result.key.number = cursor.take<std::int32_t>();
     result.content = cursor.take<std::int64_t>();
-    result.reward = std::bit_cast<double>(cursor.take<std::uint64_t>());
+    const auto reward = std::bit_cast<double>(cursor.take<std::uint64_t>());
     const auto status = cursor.take<std::uint8_t>();
     result.worker_id = cursor.take<std::int64_t>();
     if (status >= kNumRolloutStatuses) return Error{fmt::format("status {} is unknown", status)};
-    if (!std::isfinite(result.reward) || result.reward < 0) {
-      return Error{fmt::format("reward {} is not finite or negative", result.reward)};
+    if (!std::isfinite(reward) || reward < 0) {
+      return Error{fmt::format("reward {} is not finite or negative", reward)};
     }
-    result.status = static_cast<RolloutStatus>(status);
+    result.outcome = {reward, static_cast<RolloutStatus>(status)};
     return JournalRecord(result);
   }
   if (kind == kTime && cursor.left() == 8) {

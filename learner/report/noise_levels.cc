@@ -19,8 +19,7 @@ namespace {
 
 struct Told {
   int number = 0;
-  double reward = 0;
-  RolloutStatus status = RolloutStatus::kOk;
+  Outcome outcome;
 };
 
 /// What a run was told, in the order in which it was applied.
@@ -35,7 +34,7 @@ std::vector<ToldRun> by_number(const StudyResults& results) {
     const std::vector<RolloutRecord>& rollouts = results.runs[run].rollouts;
     for (std::size_t i = 0; i < rollouts.size(); ++i) {
       if (!is_applied(rollouts[i])) continue;
-      told[run].results.push_back({static_cast<int>(i), rollouts[i].reward, rollouts[i].status});
+      told[run].results.push_back({static_cast<int>(i), {rollouts[i].reward, rollouts[i].status}});
     }
   }
   return told;
@@ -66,7 +65,7 @@ std::vector<ToldRun> as_they_arrived(const Study& study, const StudyResults& res
     if (result == nullptr || result->key.number == learner::Run::kEvaluation) return;
     if (result->key.run < 0 || static_cast<std::size_t>(result->key.run) >= told.size()) return;
     told[static_cast<std::size_t>(result->key.run)].results.push_back(
-        {result->key.number, result->reward, result->status});
+        {result->key.number, result->outcome});
   };
   const Result<JournalTail> tail = read_journal(journal_of(results.directory), on_record);
   if (!tail) throw std::runtime_error(tail.error().message);
@@ -112,7 +111,7 @@ std::vector<double> levels(const Study& study, const RunRecord& record, const To
     if (found.size() == told.num_before_stop) run.stop();
     for (const explore::Draw& draw : run.take_draws()) asked.insert(draw.rollout);
     require(asked.erase(result.number) == 1);
-    run.accept(result.number, result.reward, result.status, 0);
+    run.accept(result.number, result.outcome, 0);
     if (run.exploration().layer() != layer) {
       layer = run.exploration().layer();
       noise_variance = unit();

@@ -137,7 +137,10 @@ TEST_F(ReplayTest, AForgedJournalIsFoundOut) {
     return said.errors;
   };
   EXPECT_EQ(verify(directory).status, 0);
-  EXPECT_THAT(error_of([](auto& records) { std::get<AcceptedResult>(records[3]).reward *= .5; }),
+  EXPECT_THAT(error_of([](auto& records) {
+                Outcome& outcome = std::get<AcceptedResult>(records[3]).outcome;
+                outcome = Outcome::ok(outcome.reward() / 2);
+              }),
               HasSubstr("differ"));
   EXPECT_THAT(error_of([](auto& records) { records.insert(records.begin() + 4, records[3]); }),
               HasSubstr(at(good, 4) + "the journal answers run"));

@@ -25,7 +25,7 @@ class JournalFileTest : public ::testing::Test {
   static constexpr LearningTime kTime{std::chrono::milliseconds(1234)};
 
   static AcceptedResult result(int number) {
-    return {{1, number}, 1000 + number, number / 8., RolloutStatus::kOk, 77};
+    return {{1, number}, 1000 + number, Outcome::ok(number / 8.), 77};
   }
 
   /// A start, results 0 .. n-1, a time, and a seal if wanted; its bytes.
@@ -167,7 +167,7 @@ TEST_F(JournalFileTest, BeginsWithAStartAndGoesOnWithOneBehindASeal) {
 TEST_F(JournalFileTest, ARewardThatNoTaskCanGiveIsDamage) {
   for (const double reward : {-.5, std::nan(""), HUGE_VAL}) {
     AcceptedResult impossible = result(1);
-    impossible.reward = reward;
+    impossible.outcome = Outcome::ok(reward);
     std::uint64_t check = 0;
     EXPECT_FALSE(unframe(frame(impossible, 0, 0, 0, check))) << reward;
   }

@@ -104,11 +104,11 @@ inline void learn(RunUnderWay& learning, std::size_t results, const Arrival& arr
     learning.asked.erase(learning.asked.begin() + static_cast<std::ptrdiff_t>(place));
     // Rewards fall as the run goes on, so that layers converge.
     const double reward = .5 / (draw.rollout + 2) * std::exp(-draw.theta.squaredNorm());
-    const int applied = run.accept(draw.rollout, reward, RolloutStatus::kOk, 0);
+    const int applied = run.accept(draw.rollout, Outcome::ok(reward), 0);
     ++learning.num_told;
     AcceptedResult result;
     result.key = {.run = run.index(), .number = draw.rollout};
-    result.reward = reward;
+    result.outcome = Outcome::ok(reward);
     journal.append(result, 0);
     // Deviations .2 and .5 of time and output.
     const Eigen::VectorXd variances = run.exploration().noise().diagonal();

@@ -38,8 +38,7 @@ TEST(WorkedExampleTest, IsWhatTheCodeWrites) {
       0, 1'000'000, 0, check);
   const std::string result = frame(AcceptedResult{.key = {.run = 2, .number = 7},
                                                   .content = 9,
-                                                  .reward = .5,
-                                                  .status = RolloutStatus::kOk,
+                                                  .outcome = Outcome::ok(.5),
                                                   .worker_id = 4660},
                                    1, 2'000'000, check, check);
   const std::string time =

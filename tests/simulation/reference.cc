@@ -20,7 +20,7 @@ std::vector<RunRecord> faultless_records(const Study& study, const VirtualTask& 
       for (const explore::Draw& draw : run.take_draws()) {
         const protocol::RolloutKey key{index, draw.rollout};
         const std::vector<double> theta(draw.theta.data(), draw.theta.data() + draw.theta.size());
-        num_applied += run.accept(draw.rollout, task.reward(key, theta), task.status(key), 0);
+        num_applied += run.accept(draw.rollout, {task.reward(key, theta), task.status(key)}, 0);
         stop_if_due();
       }
     }

@@ -153,8 +153,10 @@ void SimulatedLearner::append(const AcceptedResult& result) {
   if (expected != expected_.end()) {
     observer_.require(expected->second.content == result.content,
                       "the answer to another question is accepted");
-    observer_.require(expected->second.reward == result.reward, "a wrong reward is accepted");
-    observer_.require(task_.status(result.key) == result.status, "a wrong status is accepted");
+    observer_.require(expected->second.reward == result.outcome.reward(),
+                      "a wrong reward is accepted");
+    observer_.require(task_.status(result.key) == result.outcome.status(),
+                      "a wrong status is accepted");
   }
   const bool is_first =
       !answered_.contains(result.key) &&

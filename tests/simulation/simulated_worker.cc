@@ -258,8 +258,7 @@ void SimulatedWorker::perform(const worker::RunRollout& effect) {
                    self.num_killed = 0;
                    return worker::RolloutEvaluated{.evaluator = index,
                                                    .job = job,
-                                                   .reward = reward,
-                                                   .status = status,
+                                                   .outcome = {reward, status},
                                                    .duration_ns = duration.count()};
                  });
 }

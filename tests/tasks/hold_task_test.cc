@@ -64,7 +64,7 @@ TEST(HoldTaskTest, HasTheSixStatesAsInputs) {
 
 TEST(HoldTaskTest, WhatRestsAtTheTargetGetsRewardOne) {
   const auto task = make(std::string(R"({"plant": "rk4", "duration_s": 0.5, )") + kAtRest + "}");
-  EXPECT_NEAR(evaluate(*task, feedback(kNone), 0).reward, 1, 1e-12);
+  EXPECT_NEAR(evaluate(*task, feedback(kNone), 0).reward(), 1, 1e-12);
 }
 
 TEST(HoldTaskTest, APushedCartGetsTheMeanCostOfItsPath) {
@@ -75,25 +75,25 @@ TEST(HoldTaskTest, APushedCartGetsTheMeanCostOfItsPath) {
                          kAtRest + "}");
   const double a = .8;
   const double mean = std::pow(.35 * a, 4) / 9 + a * a / 3 / 50;
-  EXPECT_NEAR(evaluate(*task, feedback(kNone, a), 0).reward, std::exp(-2 * mean), 1e-6);
+  EXPECT_NEAR(evaluate(*task, feedback(kNone, a), 0).reward(), std::exp(-2 * mean), 1e-6);
 }
 
 TEST(HoldTaskTest, TheOutputIsCutToWhatTheCartCanDo) {
   const auto cut = make(R"({"plant": "rk4", "acceleration_max_mps2": 0.5})");
-  EXPECT_EQ(evaluate(*cut, feedback(kNone, 30), 0).reward,
-            evaluate(*cut, feedback(kNone, .5), 0).reward);
-  EXPECT_NE(evaluate(*cut, feedback(kNone, .4), 0).reward,
-            evaluate(*cut, feedback(kNone, .5), 0).reward);
+  EXPECT_EQ(evaluate(*cut, feedback(kNone, 30), 0).reward(),
+            evaluate(*cut, feedback(kNone, .5), 0).reward());
+  EXPECT_NE(evaluate(*cut, feedback(kNone, .4), 0).reward(),
+            evaluate(*cut, feedback(kNone, .5), 0).reward());
 }
 
 TEST(HoldTaskTest, ARegulatorDampsWhatFrictionAloneDampsSlowly) {
   for (const char* plant : {"rk4", "ode"}) {
     const auto task = make(std::string(R"({"plant": ")") + plant + "\"}");
-    const double without = evaluate(*task, feedback(kNone), 0).reward;
-    const double with = evaluate(*task, feedback(kHangingRegulator), 0).reward;
+    const double without = evaluate(*task, feedback(kNone), 0).reward();
+    const double with = evaluate(*task, feedback(kHangingRegulator), 0).reward();
     EXPECT_LT(without, .6) << plant;
     EXPECT_GT(with, without + .2) << plant;
-    EXPECT_LT(evaluate(*task, feedback(-kHangingRegulator), 0).reward, without) << plant;
+    EXPECT_LT(evaluate(*task, feedback(-kHangingRegulator), 0).reward(), without) << plant;
   }
 }
 
@@ -102,8 +102,8 @@ TEST(HoldTaskTest, UprightFallsWithoutFeedbackAndStandsWithIt) {
     const auto task = make(std::string(R"({"target": "upright", "start_phi1": 0.02,
                                            "start_phi2": -0.02, "plant": ")") +
                            plant + "\"}");
-    EXPECT_LT(evaluate(*task, feedback(kNone), 0).reward, 1e-3) << plant;
-    EXPECT_GT(evaluate(*task, feedback(kUprightRegulator), 0).reward, .9) << plant;
+    EXPECT_LT(evaluate(*task, feedback(kNone), 0).reward(), 1e-3) << plant;
+    EXPECT_GT(evaluate(*task, feedback(kUprightRegulator), 0).reward(), .9) << plant;
   }
 }
 

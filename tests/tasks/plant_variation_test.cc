@@ -49,10 +49,10 @@ TEST(PlantVariationTest, ATaskThatVariesSaysSoAndFollowsItsSeed) {
     const auto task = hold(variation);
     EXPECT_FALSE(task->description().deterministic);
     EXPECT_FALSE(swing_up(variation)->description().deterministic);
-    const double first = evaluate(*task, still, 1).reward;
-    EXPECT_NE(evaluate(*task, still, 2).reward, first);
-    EXPECT_EQ(evaluate(*task, still, 1).reward, first);
-    EXPECT_EQ(evaluate(*hold(variation), still, 1).reward, first);
+    const double first = evaluate(*task, still, 1).reward();
+    EXPECT_NE(evaluate(*task, still, 2).reward(), first);
+    EXPECT_EQ(evaluate(*task, still, 1).reward(), first);
+    EXPECT_EQ(evaluate(*hold(variation), still, 1).reward(), first);
   }
   EXPECT_TRUE(swing_up("{}")->description().deterministic);
 }
@@ -63,8 +63,8 @@ TEST(PlantVariationTest, NoVariationIsThePlantItself) {
   json resolved;
   const auto plain =
       registry.make("swing_up", json::parse(R"({"plant": "rk4", "step_s": 0.01})"), resolved);
-  EXPECT_EQ(evaluate(*swing_up("{}"), line(3, -2), 7).reward,
-            evaluate(*plain, line(3, -2), 8).reward);
+  EXPECT_EQ(evaluate(*swing_up("{}"), line(3, -2), 7).reward(),
+            evaluate(*plain, line(3, -2), 8).reward());
 }
 
 TEST(PlantVariationTest, TheRewardIsTheMeanOverTheEvaluations) {
@@ -77,7 +77,7 @@ TEST(PlantVariationTest, TheRewardIsTheMeanOverTheEvaluations) {
     const auto start = varied(sim::CartPendulumState{.phi1 = .5}, variation, 3, i);
     sum += std::exp(-.25 * 5 / (M_PI * M_PI) * (start.phi1 * start.phi1 + start.phi2 * start.phi2));
   }
-  EXPECT_NEAR(evaluate(*task, line(0, 0), 3).reward, sum / 5, 1e-6);
+  EXPECT_NEAR(evaluate(*task, line(0, 0), 3).reward(), sum / 5, 1e-6);
 }
 
 TEST(PlantVariationTest, ParametersAreUniformWithinTheirFractionAndApartFromEachOther) {
@@ -104,9 +104,9 @@ TEST(PlantVariationTest, ParametersAreUniformWithinTheirFractionAndApartFromEach
 TEST(PlantVariationTest, ADivergedEvaluationDecides) {
   const auto task = swing_up(R"({"evaluations": 3, "parameter_fraction": 0.05})", R"(,
       "parameters": {"m1": 1e-6, "m2": 1e6, "j1": 1e-6, "j2": 1e-6})");
-  const Evaluation evaluation = evaluate(*task, line(1e5, 1e5), 0);
-  EXPECT_EQ(evaluation.status, RolloutStatus::kDiverged);
-  EXPECT_EQ(evaluation.reward, 0);
+  const Outcome evaluation = evaluate(*task, line(1e5, 1e5), 0);
+  EXPECT_EQ(evaluation.status(), RolloutStatus::kDiverged);
+  EXPECT_EQ(evaluation.reward(), 0);
 }
 
 TEST(PlantVariationTest, SaysWhatIsWrongWithItsSettings) {

@@ -7,12 +7,12 @@
 namespace treeroll {
 
 /// The task's roll-out with the regression of a mixture.
-inline Evaluation evaluate(Task& task, const Gmm& policy, std::uint64_t seed) {
+inline Outcome evaluate(Task& task, const Gmm& policy, std::uint64_t seed) {
   TreeController controller(policy);
   return task.evaluate(controller, seed);
 }
 
-inline Evaluation evaluate_traced(Task& task, const Gmm& policy, std::uint64_t seed, Trace& trace) {
+inline Outcome evaluate_traced(Task& task, const Gmm& policy, std::uint64_t seed, Trace& trace) {
   TreeController controller(policy);
   return task.evaluate_traced(controller, seed, trace);
 }

@@ -78,50 +78,50 @@ TEST(SwingUpTaskTest, DescribesItself) {
 
 TEST(SwingUpTaskTest, APolicyThatFollowsTheSeriesGetsItsReward) {
   for (const char* settings : {R"({"plant": "rk4", "step_s": 0.005})", R"({"plant": "dopri5"})"}) {
-    EXPECT_NEAR(evaluate(*make(settings), following(sim::kPublished), 0).reward, .821, .002);
-    EXPECT_GT(evaluate(*make(settings), following(sim::kRefined), 0).reward, .99);
+    EXPECT_NEAR(evaluate(*make(settings), following(sim::kPublished), 0).reward(), .821, .002);
+    EXPECT_GT(evaluate(*make(settings), following(sim::kRefined), 0).reward(), .99);
   }
-  EXPECT_NEAR(evaluate(*make("{}"), following(sim::kPublished), 0).reward, .821, .02);
+  EXPECT_NEAR(evaluate(*make("{}"), following(sim::kPublished), 0).reward(), .821, .02);
 }
 
 /// Nothing moves: the start, the worst of states at rest, is also the best one.
 TEST(SwingUpTaskTest, APolicyThatDoesNothingGetsTheRewardOfTheStart) {
   for (const char* settings : {R"({"plant": "ode"})", R"({"plant": "rk4"})"}) {
-    EXPECT_NEAR(evaluate(*make(settings), line(0, 0), 0).reward, std::exp(-.25 * 10), 1e-6);
+    EXPECT_NEAR(evaluate(*make(settings), line(0, 0), 0).reward(), std::exp(-.25 * 10), 1e-6);
   }
 }
 
 TEST(SwingUpTaskTest, TheStartCounts) {
   const auto upright = make(R"({"start_phi1": 0, "start_phi2": 0, "plant": "rk4"})");
-  EXPECT_EQ(evaluate(*upright, line(8, 0), 0).reward, 1);
+  EXPECT_EQ(evaluate(*upright, line(8, 0), 0).reward(), 1);
 }
 
 TEST(SwingUpTaskTest, AlphaAndDurationComeFromTheSettings) {
-  const double reward = evaluate(*make(R"({"plant": "rk4"})"), line(3, -2), 0).reward;
+  const double reward = evaluate(*make(R"({"plant": "rk4"})"), line(3, -2), 0).reward();
   const double steeper =
-      evaluate(*make(R"({"plant": "rk4", "alpha": 0.5})"), line(3, -2), 0).reward;
+      evaluate(*make(R"({"plant": "rk4", "alpha": 0.5})"), line(3, -2), 0).reward();
   EXPECT_NEAR(steeper, reward * reward, 1e-12);
   const double brief =
-      evaluate(*make(R"({"plant": "rk4", "duration_s": 0.001})"), line(3, -2), 0).reward;
+      evaluate(*make(R"({"plant": "rk4", "duration_s": 0.001})"), line(3, -2), 0).reward();
   EXPECT_NEAR(brief, std::exp(-.25 * 10), 1e-4);
 }
 
 TEST(SwingUpTaskTest, TheSamePolicyGetsTheSameBitsWhateverWasEvaluatedBefore) {
   for (const char* settings : {R"({"plant": "ode"})", R"({"plant": "rk4"})"}) {
     const auto task = make(settings);
-    const double first = evaluate(*task, line(3, -2), 1).reward;
+    const double first = evaluate(*task, line(3, -2), 1).reward();
     (void)evaluate(*task, line(-5, 4), 2);
-    EXPECT_EQ(evaluate(*task, line(3, -2), 3).reward, first);
-    EXPECT_EQ(evaluate(*make(settings), line(3, -2), 4).reward, first);
+    EXPECT_EQ(evaluate(*task, line(3, -2), 3).reward(), first);
+    EXPECT_EQ(evaluate(*make(settings), line(3, -2), 4).reward(), first);
   }
 }
 
 TEST(SwingUpTaskTest, ADivergedSimulationHasAStatusAndNoReward) {
   for (const char* settings :
        {R"({"plant": "ode", "step_s": 0.1})", R"({"plant": "dopri5", "steps_max": 1})"}) {
-    const Evaluation evaluation = evaluate(*make(settings), line(1e5, 1e5), 0);
-    EXPECT_EQ(evaluation.status, RolloutStatus::kDiverged) << settings;
-    EXPECT_EQ(evaluation.reward, 0) << settings;
+    const Outcome evaluation = evaluate(*make(settings), line(1e5, 1e5), 0);
+    EXPECT_EQ(evaluation.status(), RolloutStatus::kDiverged) << settings;
+    EXPECT_EQ(evaluation.reward(), 0) << settings;
   }
 }
 

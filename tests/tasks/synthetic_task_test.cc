@@ -42,17 +42,17 @@ Gmm line(double input, double output, double slope) {
 
 TEST(SyntheticTaskTest, RewardIsHighestAtTheTargetAndFallsWithTheDistance) {
   const auto task = make(R"({"target": [1, 2, 3], "sensitivity": 0.5})");
-  EXPECT_DOUBLE_EQ(evaluate(*task, line(1, 2, 3), 0).reward, 1);
-  EXPECT_DOUBLE_EQ(evaluate(*task, line(1, 4, 3), 0).reward, std::exp(-.5 * 4));
+  EXPECT_DOUBLE_EQ(evaluate(*task, line(1, 2, 3), 0).reward(), 1);
+  EXPECT_DOUBLE_EQ(evaluate(*task, line(1, 4, 3), 0).reward(), std::exp(-.5 * 4));
   // A slope that is 1 too steep misses by the distance: -1, -.5, 0, .5, 1.
-  EXPECT_DOUBLE_EQ(evaluate(*task, line(1, 2, 4), 0).reward, std::exp(-.5 * 2.5 / 5));
-  EXPECT_EQ(evaluate(*task, line(1, 2, 1e4), 0).reward, 0);
+  EXPECT_DOUBLE_EQ(evaluate(*task, line(1, 2, 4), 0).reward(), std::exp(-.5 * 2.5 / 5));
+  EXPECT_EQ(evaluate(*task, line(1, 2, 1e4), 0).reward(), 0);
 }
 
 TEST(SyntheticTaskTest, AsksThePolicyForNoMoreThanItsOutputs) {
   const auto task = make(R"({"target": [0, 0, 0]})");
   const Component near = line(0, .5, 0)[0], far = line(3, .5, 0)[0];
-  EXPECT_DOUBLE_EQ(evaluate(*task, Gmm(1, {near, far}), 0).reward, std::exp(-.25));
+  EXPECT_DOUBLE_EQ(evaluate(*task, Gmm(1, {near, far}), 0).reward(), std::exp(-.25));
 }
 
 TEST(SyntheticTaskTest, TakesAnyDimensions) {
@@ -62,14 +62,14 @@ TEST(SyntheticTaskTest, TakesAnyDimensions) {
   const Gmm policy(2, {{.prior = 1,
                         .mean = Eigen::VectorXd::Ones(5),
                         .covariance = Eigen::MatrixXd::Identity(5, 5)}});
-  EXPECT_DOUBLE_EQ(evaluate(*task, policy, 0).reward, std::exp(-.5));  // slopes are 0, not 1
+  EXPECT_DOUBLE_EQ(evaluate(*task, policy, 0).reward(), std::exp(-.5));  // slopes are 0, not 1
 }
 
 /// How many of 2000 policies come back with this status.
 int count(Task& task, RolloutStatus status) {
   int found = 0;
   for (int i = 0; i < 2000; ++i) {
-    found += evaluate(task, line(0, .001 * i, 0), 0).status == status ? 1 : 0;
+    found += evaluate(task, line(0, .001 * i, 0), 0).status() == status ? 1 : 0;
   }
   return found;
 }
@@ -79,10 +79,10 @@ TEST(SyntheticTaskTest, FailsForTheShareItIsToldAndForTheSamePoliciesEachTime) {
   EXPECT_NEAR(count(*task, RolloutStatus::kFailed), 200, 60);
   for (int i = 0; i < 200; ++i) {
     const Gmm policy = line(0, .001 * i, 0);
-    const Evaluation first = evaluate(*task, policy, 1);
-    EXPECT_EQ(first.status, evaluate(*other, policy, 2).status);
-    if (first.status == RolloutStatus::kFailed) {
-      EXPECT_EQ(first.reward, 0);
+    const Outcome first = evaluate(*task, policy, 1);
+    EXPECT_EQ(first.status(), evaluate(*other, policy, 2).status());
+    if (first.status() == RolloutStatus::kFailed) {
+      EXPECT_EQ(first.reward(), 0);
     }
   }
   EXPECT_EQ(count(*make("{}"), RolloutStatus::kOk), 2000);
@@ -137,8 +137,8 @@ TEST(SyntheticTaskTest, NoiseFollowsTheSeedAndIsDeclared) {
   std::set<double> rewards;
   double sum = 0, sum_squares = 0;
   for (int seed = 0; seed < 1000; ++seed) {
-    const double reward = evaluate(*task, policy, seed).reward;
-    EXPECT_EQ(evaluate(*task, policy, seed).reward, reward);
+    const double reward = evaluate(*task, policy, seed).reward();
+    EXPECT_EQ(evaluate(*task, policy, seed).reward(), reward);
     rewards.insert(reward);
     sum += reward - clean;
     sum_squares += (reward - clean) * (reward - clean);
@@ -151,7 +151,7 @@ TEST(SyntheticTaskTest, NoiseFollowsTheSeedAndIsDeclared) {
 TEST(SyntheticTaskTest, NoiseKeepsTheRewardInItsRange) {
   const auto task = make(R"({"target": [0, 0, 0], "noise_deviation": 1})");
   for (int seed = 0; seed < 200; ++seed) {
-    const double reward = evaluate(*task, line(0, 0, 0), seed).reward;
+    const double reward = evaluate(*task, line(0, 0, 0), seed).reward();
     EXPECT_GE(reward, 0);
     EXPECT_LE(reward, 1);
   }

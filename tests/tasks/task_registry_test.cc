@@ -21,10 +21,10 @@ class ReachTask : public Task {
   TaskDescription description() const override {
     return {.input_dim = 1, .output_dim = 1, .reward_max = 1, .time_limit_s = 1};
   }
-  Evaluation evaluate(Controller& controller, std::uint64_t) override {
+  Outcome evaluate(Controller& controller, std::uint64_t) override {
     controller.start();
     const double miss_m = controller.act(2.) - goal_m_;
-    return {.reward = elementary::exp(-miss_m * miss_m)};
+    return Outcome::ok(elementary::exp(-miss_m * miss_m));
   }
 
  private:
@@ -53,7 +53,7 @@ TEST(TaskRegistryTest, MakesATaskOfOnesOwn) {
   const auto task = registry().make("reach", json::parse(R"({"goal_m": 3})"), resolved);
   const Gmm there(
       1, {{.prior = 1, .mean = Eigen::Vector2d(0, 3), .covariance = Eigen::Matrix2d::Identity()}});
-  EXPECT_EQ(evaluate(*task, there, 0).reward, 1);
+  EXPECT_EQ(evaluate(*task, there, 0).reward(), 1);
   EXPECT_EQ(resolved, json::parse(R"({"goal_m": 3.0})"));
 }
 

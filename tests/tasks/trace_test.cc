@@ -34,8 +34,8 @@ TEST(TraceTest, TheLeastCostOfASwingUpsTraceGivesItsRewardToTheBit) {
                                R"({"plant": "dopri5", "output_step_s": 0.01})"}) {
     const auto task = make("swing_up", settings);
     Trace trace;
-    const Evaluation traced = evaluate_traced(*task, line(), 0, trace);
-    EXPECT_EQ(traced.reward, evaluate(*task, line(), 0).reward) << settings;
+    const Outcome traced = evaluate_traced(*task, line(), 0, trace);
+    EXPECT_EQ(traced.reward(), evaluate(*task, line(), 0).reward()) << settings;
     const std::size_t width = trace.columns().size();
     ASSERT_EQ(width, 9U);
     ASSERT_EQ(trace.numbers().size() % width, 0U);
@@ -49,7 +49,7 @@ TEST(TraceTest, TheLeastCostOfASwingUpsTraceGivesItsRewardToTheBit) {
       EXPECT_GT(at(row, 0), at(row - 1, 0)) << "time goes on";
       EXPECT_NEAR(at(row, 7), 3 - 2 * at(row, 0), 1e-9) << "the input is the policy's";
     }
-    EXPECT_EQ(elementary::exp(-.25 * cost_min), traced.reward) << settings;
+    EXPECT_EQ(elementary::exp(-.25 * cost_min), traced.reward()) << settings;
     EXPECT_EQ(at(0, 1), -M_PI);
     EXPECT_NEAR(at(num_rows - 1, 0), 2.5, 1e-9);
   }
@@ -58,14 +58,14 @@ TEST(TraceTest, TheLeastCostOfASwingUpsTraceGivesItsRewardToTheBit) {
 TEST(TraceTest, ADivergedSwingUpIsTracedAsFarAsItWent) {
   const auto task = make("swing_up", R"({"plant": "dopri5", "steps_max": 100})");
   Trace trace;
-  EXPECT_EQ(evaluate_traced(*task, line(), 0, trace).status, RolloutStatus::kDiverged);
+  EXPECT_EQ(evaluate_traced(*task, line(), 0, trace).status(), RolloutStatus::kDiverged);
   EXPECT_GT(trace.numbers().size(), 0U);
 }
 
 TEST(TraceTest, ATaskThatDoesNotOverrideItRecordsNothing) {
   const auto task = make("synthetic", "{}");
   Trace trace;
-  EXPECT_EQ(evaluate_traced(*task, line(), 0, trace).reward, evaluate(*task, line(), 0).reward);
+  EXPECT_EQ(evaluate_traced(*task, line(), 0, trace).reward(), evaluate(*task, line(), 0).reward());
   EXPECT_TRUE(trace.columns().empty());
   EXPECT_TRUE(trace.is_complete());
 }
@@ -127,8 +127,8 @@ TEST(TraceTest, ATrajectorysTraceHasItsGoalBesideItAndGivesItsReward) {
                           .mean = Eigen::VectorXd::Constant(dim, .5),
                           .covariance = Eigen::MatrixXd::Identity(dim, dim)}});
     Trace trace;
-    const double reward = evaluate_traced(*task, policy, 0, trace).reward;
-    EXPECT_EQ(reward, evaluate(*task, policy, 0).reward) << c.task;
+    const double reward = evaluate_traced(*task, policy, 0, trace).reward();
+    EXPECT_EQ(reward, evaluate(*task, policy, 0).reward()) << c.task;
     EXPECT_EQ(trace.columns(), c.columns);
     EXPECT_EQ(trace.policy_inputs(), std::vector<std::string>{c.columns[0]});
     EXPECT_EQ(trace.policy_outputs().size(), num_outputs);

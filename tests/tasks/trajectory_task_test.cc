@@ -69,7 +69,7 @@ Gmm multi(double offset) {
 
 TEST(TrajectoryTaskTest, TheGoalItselfGetsRewardOne) {
   const auto task = make("trajectory", std::string("{") + kMulti + "}");
-  EXPECT_NEAR(evaluate(*task, multi(0), 0).reward, 1, 1e-15);
+  EXPECT_NEAR(evaluate(*task, multi(0), 0).reward(), 1, 1e-15);
 }
 
 TEST(TrajectoryTaskTest, AConstantOffsetGetsTheRewardOfItsSquare) {
@@ -77,7 +77,7 @@ TEST(TrajectoryTaskTest, AConstantOffsetGetsTheRewardOfItsSquare) {
     const auto task =
         make("trajectory", "{\"alpha\": " + std::to_string(alpha) + ", " + kMulti + "}");
     for (const double offset : {.1, -.3, 1.}) {
-      EXPECT_NEAR(evaluate(*task, multi(offset), 0).reward, std::exp(-alpha * offset * offset),
+      EXPECT_NEAR(evaluate(*task, multi(offset), 0).reward(), std::exp(-alpha * offset * offset),
                   1e-13);
     }
   }
@@ -90,7 +90,7 @@ TEST(TrajectoryTaskTest, TheSlopeOfAGoalIsPsiOverZeta) {
       "deviations": [0.5, 0.3]}})");
   const Gmm policy =
       equally_spaced_lines(4, {one(1.25), one(.75), one(-.75), one(-1.25)}, {.6, .6, -.6, -.6});
-  EXPECT_NEAR(evaluate(*task, policy, 0).reward, 1, 1e-13);
+  EXPECT_NEAR(evaluate(*task, policy, 0).reward(), 1, 1e-13);
 }
 
 TEST(TrajectoryTaskTest, ALineAgainstALineGetsTheMeanOfTheSquaresAtTheSamples) {
@@ -101,7 +101,7 @@ TEST(TrajectoryTaskTest, ALineAgainstALineGetsTheMeanOfTheSquaresAtTheSamples) {
   covariance << 1, 1, 1, 2;
   double sum = 0;
   for (int i = 0; i < 7; ++i) sum += std::pow(3 * (i + .5) / 7, 2);
-  EXPECT_NEAR(evaluate(*task, Gmm(1, {{1, Eigen::Vector2d(0, 0), covariance}}), 0).reward,
+  EXPECT_NEAR(evaluate(*task, Gmm(1, {{1, Eigen::Vector2d(0, 0), covariance}}), 0).reward(),
               std::exp(-.2 * sum / 7), 1e-14);
 }
 
@@ -112,7 +112,7 @@ TEST(TrajectoryTaskTest, SeveralOutputsAddTheirSquares) {
   const Eigen::Vector3d offset(.1, -.2, .3);
   const Gmm policy = equally_spaced_lines(
       2, {Eigen::Vector3d(1, 2, 3) + offset, Eigen::Vector3d(4, 5, 6) + offset}, {0, 0});
-  EXPECT_NEAR(evaluate(*task, policy, 0).reward, std::exp(-2 * (.01 + .04 + .09)), 1e-14);
+  EXPECT_NEAR(evaluate(*task, policy, 0).reward(), std::exp(-2 * (.01 + .04 + .09)), 1e-14);
 }
 
 TEST(TrajectoryTaskTest, DescribesItselfAndSaysWhatIsWrong) {
@@ -156,15 +156,15 @@ Gmm circle(Eigen::Vector2d offset) {
 
 TEST(SpiralTaskTest, TheCircleItselfGetsRewardOneAndAnOffsetItsSquare) {
   const auto task = make("spiral", "{}");
-  EXPECT_NEAR(evaluate(*task, circle({0, 0}), 0).reward, 1, 1e-8);
-  EXPECT_NEAR(evaluate(*task, circle({.1, -.2}), 0).reward, std::exp(-5 * .05), 1e-6);
+  EXPECT_NEAR(evaluate(*task, circle({0, 0}), 0).reward(), 1, 1e-8);
+  EXPECT_NEAR(evaluate(*task, circle({.1, -.2}), 0).reward(), std::exp(-5 * .05), 1e-6);
 }
 
 TEST(SpiralTaskTest, APolicyThatStaysInTheMiddleGetsTheRewardOfTheRadius) {
   const Gmm middle(1, {{1, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()}});
-  EXPECT_NEAR(evaluate(*make("spiral", "{}"), middle, 0).reward, std::exp(-5), 1e-15);
+  EXPECT_NEAR(evaluate(*make("spiral", "{}"), middle, 0).reward(), std::exp(-5), 1e-15);
   EXPECT_NEAR(
-      evaluate(*make("spiral", R"({"alpha": 1, "duration": 1, "samples": 3})"), middle, 0).reward,
+      evaluate(*make("spiral", R"({"alpha": 1, "duration": 1, "samples": 3})"), middle, 0).reward(),
       std::exp(-1), 1e-15);
 }
 

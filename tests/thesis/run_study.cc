@@ -49,8 +49,8 @@ RunRecord learn(const Study& study, int index, Tasks& tasks) {
             .next_bits());
     const std::unique_ptr<Controller> controller =
         run.exploration().policy(next.layer).with(next.theta)->controller();
-    const Evaluation evaluation = task.evaluate(*controller, seed);
-    run.accept(next.rollout, evaluation.reward, evaluation.status, 0);
+    const Outcome outcome = task.evaluate(*controller, seed);
+    run.accept(next.rollout, outcome, 0);
   }
   return run.record();
 }

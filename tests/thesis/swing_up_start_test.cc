@@ -34,9 +34,9 @@ double reward(const Gmm& policy) {
   json resolved;
   const auto task =
       tasks.make("swing_up", json::parse(R"({"plant": "rk4", "step_s": 0.005})"), resolved);
-  const Evaluation evaluation = evaluate(*task, policy, 0);
-  EXPECT_EQ(evaluation.status, RolloutStatus::kOk);
-  return evaluation.reward;
+  const Outcome evaluation = evaluate(*task, policy, 0);
+  EXPECT_EQ(evaluation.status(), RolloutStatus::kOk);
+  return evaluation.reward();
 }
 
 TEST(SwingUpStartTest, Section43TheFlatModelOfFourGaussiansStartsAt391) {

@@ -24,15 +24,15 @@ class MirrorTask : public Task {
   TaskDescription description() const override {
     return {.input_dim = 1, .output_dim = 1, .time_limit_s = 1};
   }
-  Evaluation evaluate(Controller& controller, std::uint64_t seed) override {
+  Outcome evaluate(Controller& controller, std::uint64_t seed) override {
     controller.start();
     const double mean = controller.act(0);
     if (mean == 7) throw std::runtime_error("seven");
     if (mean == 8) throw 8;  // NOLINT(hicpp-exception-baseclass)
-    if (mean == 9) return {.reward = std::numeric_limits<double>::quiet_NaN()};
-    if (mean == 10) return {.reward = static_cast<double>(seed) / 10};
-    if (mean == 11) return {.reward = .5, .status = RolloutStatus::kDiverged};
-    return {.reward = mean};
+    if (mean == 9) return Outcome::ok(std::numeric_limits<double>::quiet_NaN());
+    if (mean == 10) return Outcome::ok(static_cast<double>(seed) / 10);
+    if (mean == 11) return {.5, RolloutStatus::kDiverged};
+    return Outcome::ok(mean);
   }
 };
 

@@ -63,12 +63,12 @@ TEST_F(EvaluatorPoolTest, HandsWorkBackWithItsAnswer) {
   ASSERT_EQ(pool_.idle_evaluator(), 0);
   pool_.evaluate(turn_, 0, work(7), shelf_);
   EXPECT_EQ(pool_.idle_evaluator(), 1);
-  const auto end = on(RolloutEvaluated{0, job(), .5, RolloutStatus::kOk, 1000});
+  const auto end = on(RolloutEvaluated{0, job(), {.5, RolloutStatus::kOk}, 1000});
   ASSERT_TRUE(end);
   const auto* answer = std::get_if<WorkAnswered>(&*end);
   ASSERT_NE(answer, nullptr);
   EXPECT_EQ(answer->name, work(7).name);
-  EXPECT_EQ(answer->reward, .5);
+  EXPECT_EQ(answer->outcome.reward(), .5);
   EXPECT_EQ(pool_.idle_evaluator(), 0);
 }
 
@@ -76,7 +76,7 @@ TEST_F(EvaluatorPoolTest, WithdrawnWorkKeepsItsEvaluatorBusyAndComesToNothing) {
   pool_.evaluate(turn_, 0, work(7), shelf_);
   pool_.withdraw(work(7).name);
   EXPECT_EQ(pool_.idle_evaluator(), 1);
-  EXPECT_FALSE(on(RolloutEvaluated{0, job(), .5, RolloutStatus::kOk, 1000}));
+  EXPECT_FALSE(on(RolloutEvaluated{0, job(), {.5, RolloutStatus::kOk}, 1000}));
   EXPECT_EQ(pool_.idle_evaluator(), 0);
 }
 
@@ -88,8 +88,8 @@ TEST_F(EvaluatorPoolTest, TheSameWorkGivenAgainIsAnsweredByWhomItWasGivenLast) {
   for (const DefinitionName& name : {task_, policy_}) {
     on(DefinitionLoaded{1, name, true, "", {1, 1, 2, 2s}});
   }
-  EXPECT_FALSE(on(RolloutEvaluated{0, withdrawn, .5, RolloutStatus::kOk, 1000}));
-  EXPECT_TRUE(on(RolloutEvaluated{1, job(), .5, RolloutStatus::kOk, 1000}));
+  EXPECT_FALSE(on(RolloutEvaluated{0, withdrawn, {.5, RolloutStatus::kOk}, 1000}));
+  EXPECT_TRUE(on(RolloutEvaluated{1, job(), {.5, RolloutStatus::kOk}, 1000}));
 }
 
 TEST_F(EvaluatorPoolTest, PutsWorkBackWithItsMishapsUntilTheyAreAnAnswer) {
@@ -103,7 +103,7 @@ TEST_F(EvaluatorPoolTest, PutsWorkBackWithItsMishapsUntilTheyAreAnAnswer) {
   pool_.evaluate(turn_, 1, given, shelf_);
   const auto second = on(EvaluatorDied{1, Death::kFatalSignal, 11});
   ASSERT_TRUE(second && std::holds_alternative<WorkAnswered>(*second));
-  EXPECT_EQ(std::get<WorkAnswered>(*second).status, RolloutStatus::kCrashed);
+  EXPECT_EQ(std::get<WorkAnswered>(*second).outcome.status(), RolloutStatus::kCrashed);
 }
 
 TEST_F(EvaluatorPoolTest, IsInTroubleOnceEveryEvaluatorHasDiedTwiceForNothing) {

@@ -90,7 +90,7 @@ class Stage {
 
   /// The evaluator finishes what it runs.
   void finish(int evaluator, double reward = .5, RolloutStatus status = RolloutStatus::kOk) {
-    step(RolloutEvaluated{evaluator, job(evaluator), reward, status, 1000});
+    step(RolloutEvaluated{evaluator, job(evaluator), {reward, status}, 1000});
   }
 
   void die(int evaluator, Death death, int code = 9) {

@@ -43,8 +43,8 @@ TEST(WorkerAnswersTest, GathersTheAnswersOfATurnInOneBatch) {
   Stage stage(2);
   stage.define();
   stage.ask({stage.request(1), stage.request(2)});
-  stage.give(RolloutEvaluated{0, stage.job(0), .5, RolloutStatus::kOk, 1});
-  stage.give(RolloutEvaluated{1, stage.job(1), .5, RolloutStatus::kOk, 1});
+  stage.give(RolloutEvaluated{0, stage.job(0), {.5, RolloutStatus::kOk}, 1});
+  stage.give(RolloutEvaluated{1, stage.job(1), {.5, RolloutStatus::kOk}, 1});
   EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
   stage.step(InboxDrained{});
   ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(1));

@@ -237,7 +237,7 @@ TEST(WorkerEvaluatorsTest, IgnoresAnswersAndTimesOfAnEarlierJob) {
   const std::int64_t first = stage.job(0);
   stage.finish(0);
   stage.clear();
-  stage.step(RolloutEvaluated{0, first, .9, RolloutStatus::kOk, 1});
+  stage.step(RolloutEvaluated{0, first, {.9, RolloutStatus::kOk}, 1});
   stage.step(CpuTimeMeasured{0, first, 100s});
   EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
   EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());

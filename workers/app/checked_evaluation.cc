@@ -13,18 +13,18 @@ namespace treeroll::worker {
 CheckedEvaluation evaluate_checked(Task& task, const TaskDescription& description,
                                    Controller& controller, std::uint64_t seed, Trace* trace) {
   const auto failed = [](std::string complaint) -> CheckedEvaluation {
-    return {{.reward = 0, .status = RolloutStatus::kFailed}, std::move(complaint)};
+    return {Outcome::failed(RolloutStatus::kFailed), std::move(complaint)};
   };
   try {
-    const Evaluation evaluation = trace == nullptr ? task.evaluate(controller, seed)
-                                                   : task.evaluate_traced(controller, seed, *trace);
-    if (evaluation.status != RolloutStatus::kOk) return {{0, evaluation.status}, ""};
-    const bool in_range = std::isfinite(evaluation.reward) &&
-                          evaluation.reward >= description.reward_min &&
-                          evaluation.reward <= description.reward_max;
-    if (in_range) return {evaluation, ""};
+    const Outcome outcome = trace == nullptr ? task.evaluate(controller, seed)
+                                             : task.evaluate_traced(controller, seed, *trace);
+    if (!outcome.is_ok()) return {outcome, ""};
+    const bool in_range = std::isfinite(outcome.reward()) &&
+                          outcome.reward() >= description.reward_min &&
+                          outcome.reward() <= description.reward_max;
+    if (in_range) return {outcome, ""};
     return failed(fmt::format("the task's reward {} is outside its range {} .. {}",
-                              evaluation.reward, description.reward_min, description.reward_max));
+                              outcome.reward(), description.reward_min, description.reward_max));
   } catch (const std::bad_alloc&) {
     throw;  // a want of this host, not of the roll-out: the process ends, and another tries
   } catch (const std::exception& error) {

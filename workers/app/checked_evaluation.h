@@ -8,7 +8,7 @@
 namespace treeroll::worker {
 
 struct CheckedEvaluation {
-  Evaluation evaluation;
+  Outcome outcome;
   std::string complaint;  ///< what is wrong with the task; empty if nothing is
 };
 

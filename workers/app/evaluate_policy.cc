@@ -112,7 +112,7 @@ int evaluate_policy(const TaskRegistry& registry) {
     }
     json said{{"description", treeroll::to_json(description)},
               {"evaluation",
-               {{"reward", done.evaluation.reward}, {"status", name(done.evaluation.status)}}},
+               {{"reward", done.outcome.reward()}, {"status", name(done.outcome.status())}}},
               {"complaint", done.complaint}};
     if (request.trace) said["trace"] = to_json(trace);
     return answer.give(said);

@@ -79,10 +79,10 @@ std::string Evaluator::load_policy(const ContentHash& id, const std::string& con
   return facts_text(*policies_.emplace(id, *std::move(policy)).first->second);
 }
 
-Evaluation Evaluator::evaluate(const protocol::RolloutRequest& request) {
-  const auto complain = [this](const std::string& what) -> Evaluation {
+Outcome Evaluator::evaluate(const protocol::RolloutRequest& request) {
+  const auto complain = [this](const std::string& what) -> Outcome {
     if (num_complaints_++ < kComplaintsMax) spdlog::warn("a roll-out has failed: {}", what);
-    return {.reward = 0, .status = RolloutStatus::kFailed};
+    return Outcome::failed(RolloutStatus::kFailed);
   };
   try {
     const auto found_task = tasks_.find(request.task_id);
@@ -99,7 +99,7 @@ Evaluation Evaluator::evaluate(const protocol::RolloutRequest& request) {
     const CheckedEvaluation done =
         evaluate_checked(*loaded.task, loaded.description, *controller,
                          static_cast<std::uint64_t>(request.task_seed), nullptr);
-    return done.complaint.empty() ? done.evaluation : complain(done.complaint);
+    return done.complaint.empty() ? done.outcome : complain(done.complaint);
   } catch (const std::bad_alloc&) {
     throw;  // a want of this host, not of the roll-out: the process ends, and another tries
   } catch (const std::exception& error) {
@@ -110,15 +110,15 @@ Evaluation Evaluator::evaluate(const protocol::RolloutRequest& request) {
 protocol::RewardBatch Evaluator::answer(const protocol::RolloutBatch& batch) {
   const protocol::RolloutRequest& request = batch.rollouts.at(0);
   const auto start = std::chrono::steady_clock::now();
-  const Evaluation evaluation = evaluate(request);
+  const Outcome outcome = evaluate(request);
   const std::chrono::nanoseconds duration = std::chrono::steady_clock::now() - start;
   protocol::RewardBatch answer;
   answer.last_batch = batch.sequence;
   answer.results.push_back({.key = request.key,
                             .attempt = request.attempt,
                             .content = request.content,
-                            .reward = evaluation.reward,
-                            .status = evaluation.status,
+                            .reward = outcome.reward(),
+                            .status = outcome.status(),
                             .duration_ns = duration.count()});
   return answer;
 }

@@ -33,7 +33,7 @@ class Evaluator {
 
   std::string load_task(const ContentHash& id, const std::string& content);
   std::string load_policy(const ContentHash& id, const std::string& content);
-  Evaluation evaluate(const protocol::RolloutRequest& request);
+  Outcome evaluate(const protocol::RolloutRequest& request);
   protocol::RewardBatch answer(const protocol::RolloutBatch& batch);
 
   const TaskRegistry* registry_;

@@ -114,12 +114,10 @@ EvaluatorPool::End EvaluatorPool::on(const Turn&, const RolloutEvaluated& event,
   End end;
   if (evaluator.wanted) {
     // An evaluator runs a user's code: nothing but a finite reward of a success may pass.
-    const bool valid = std::isfinite(event.reward) && event.reward >= 0;
-    const RolloutStatus status =
-        event.status == RolloutStatus::kOk && !valid ? RolloutStatus::kFailed : event.status;
+    const Outcome& said = event.outcome;
+    const bool valid = std::isfinite(said.reward()) && said.reward() >= 0;
     end = WorkAnswered{.name = evaluator.work->name,
-                       .reward = status == RolloutStatus::kOk ? event.reward : 0,
-                       .status = status,
+                       .outcome = valid ? said : Outcome::failed(RolloutStatus::kFailed),
                        .duration_ns = std::max<std::int64_t>(event.duration_ns, 0)};
   }
   release(evaluator);
@@ -199,11 +197,10 @@ WorkEnd EvaluatorPool::interrupted(const Turn& turn, const Evaluator& evaluator,
                     name.key.run, mishaps.num_strikes, settings_.num_strikes_max));
   }
   if (mishaps.num_strikes >= settings_.num_strikes_max) {
-    return WorkAnswered{
-        .name = name,
-        .reward = 0,
-        .status = evaluator.timed_out ? RolloutStatus::kTimedOut : RolloutStatus::kCrashed,
-        .duration_ns = (turn.now - evaluator.since).count()};
+    return WorkAnswered{.name = name,
+                        .outcome = Outcome::failed(evaluator.timed_out ? RolloutStatus::kTimedOut
+                                                                       : RolloutStatus::kCrashed),
+                        .duration_ns = (turn.now - evaluator.since).count()};
   }
   if (!draining_ && mishaps.num_accidents >= settings_.num_accidents_max) {
     turn.warn("roll-outs given up",

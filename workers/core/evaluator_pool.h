@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/base/outcome.h"
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
 #include "workers/core/definition_shelf.h"
@@ -26,8 +27,7 @@ struct Work {
 
 struct WorkAnswered {
   RolloutName name;
-  double reward = 0;
-  RolloutStatus status = RolloutStatus::kOk;
+  Outcome outcome;
   std::int64_t duration_ns = 0;
 };
 /// Its evaluator has ended: to be given again.

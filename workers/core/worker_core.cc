@@ -312,19 +312,20 @@ void WorkerCore::conclude(const Turn& turn, const WorkEnd& end) {
     queue_.set_state(put_back->name, RolloutState::kReady);
   } else if (const auto* answer = std::get_if<WorkAnswered>(&end)) {
     ++num_evaluated_;
-    num_failed_ += answer->status != RolloutStatus::kOk ? 1 : 0;
+    num_failed_ += answer->outcome.is_ok() ? 0 : 1;
     const RolloutName& name = answer->name;
-    if (answer->status == RolloutStatus::kCrashed || answer->status == RolloutStatus::kTimedOut) {
+    const RolloutStatus status = answer->outcome.status();
+    if (status == RolloutStatus::kCrashed || status == RolloutStatus::kTimedOut) {
       turn.warn("roll-outs answered as failed",
                 fmt::format("answers roll-out {} of run {} as {}", name.key.number, name.key.run,
-                            treeroll::name(answer->status)));
+                            treeroll::name(status)));
     }
     const protocol::RolloutRequest& request = queue_.find(name)->request;
     answers_.add(name.learner, {.key = request.key,
                                 .attempt = request.attempt,
                                 .content = request.content,
-                                .reward = answer->reward,
-                                .status = answer->status,
+                                .reward = answer->outcome.reward(),
+                                .status = status,
                                 .duration_ns = answer->duration_ns});
     queue_.remove(name);
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/base/content_hash.h"
+#include "common/base/outcome.h"
 #include "common/base/time.h"
 #include "common/base/turn.h"
 #include "common/protocol/messages.h"
@@ -54,8 +55,7 @@ struct DefinitionLoaded {
 struct RolloutEvaluated {
   int evaluator = 0;
   std::int64_t job = 0;
-  double reward = 0;
-  RolloutStatus status = RolloutStatus::kOk;
+  Outcome outcome;
   std::int64_t duration_ns = 0;
 };
 /// Answer to AskCpuTime: CPU time since the job was given.

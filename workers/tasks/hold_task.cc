@@ -67,7 +67,7 @@ TaskDescription HoldTask::description() const {
           .deterministic = plant_.deterministic()};
 }
 
-Evaluation HoldTask::evaluate(Controller& controller, std::uint64_t seed) {
+Outcome HoldTask::evaluate(Controller& controller, std::uint64_t seed) {
   CHECK(controller.input_dim() == kStateDim && controller.output_dim() == 1,
         "a controller from the state to the acceleration of the cart");
   const auto feedback = [&](double, const sim::CartPendulumState& state) {
@@ -91,8 +91,8 @@ Evaluation HoldTask::evaluate(Controller& controller, std::uint64_t seed) {
                              cost.see(time_s, swing_up_cost(about(target_rad_, state)));
                              return true;
                            });
-        if (!end) return Evaluation{.reward = 0, .status = RolloutStatus::kDiverged};
-        return Evaluation{.reward = elementary::exp(-alpha_ * cost.mean())};
+        if (!end) return Outcome::failed(RolloutStatus::kDiverged);
+        return Outcome::ok(elementary::exp(-alpha_ * cost.mean()));
       });
 }
 

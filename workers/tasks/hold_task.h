@@ -25,7 +25,7 @@ class HoldTask : public Task {
   explicit HoldTask(SettingsReader& settings);
 
   TaskDescription description() const override;
-  Evaluation evaluate(Controller& controller, std::uint64_t seed) override;
+  Outcome evaluate(Controller& controller, std::uint64_t seed) override;
 
  private:
   double target_rad_;

@@ -56,9 +56,9 @@ sim::CartPendulumState varied(const sim::CartPendulumState& start, const PlantVa
 VariedPlant::VariedPlant(const sim::PlantSettings& plant, const PlantVariation& variation)
     : settings_(plant), variation_(variation), plant_(sim::make_plant(plant)) {}
 
-Evaluation VariedPlant::evaluate(
+Outcome VariedPlant::evaluate(
     std::uint64_t seed, const sim::CartPendulumState& start,
-    const std::function<Evaluation(sim::CartPendulumPlant&, const sim::CartPendulumState&)>& once) {
+    const std::function<Outcome(sim::CartPendulumPlant&, const sim::CartPendulumState&)>& once) {
   if (variation_.is_none()) return once(*plant_, start);
   double sum = 0;
   for (int i = 0; i < variation_.evaluations; ++i) {
@@ -68,11 +68,11 @@ Evaluation VariedPlant::evaluate(
       settings.parameters = varied(settings.parameters, variation_, seed, i);
       own = sim::make_plant(settings);
     }
-    const Evaluation evaluation = once(own ? *own : *plant_, varied(start, variation_, seed, i));
-    if (evaluation.status != RolloutStatus::kOk) return evaluation;
-    sum += evaluation.reward;
+    const Outcome outcome = once(own ? *own : *plant_, varied(start, variation_, seed, i));
+    if (!outcome.is_ok()) return outcome;
+    sum += outcome.reward();
   }
-  return {.reward = sum / variation_.evaluations};
+  return Outcome::ok(sum / variation_.evaluations);
 }
 
 }  // namespace treeroll

@@ -42,9 +42,9 @@ class VariedPlant {
   bool deterministic() const { return variation_.is_none(); }
 
   /// Mean reward over the evaluations; the first that does not end well decides.
-  Evaluation evaluate(std::uint64_t seed, const sim::CartPendulumState& start,
-                      const std::function<Evaluation(sim::CartPendulumPlant& plant,
-                                                     const sim::CartPendulumState& start)>& once);
+  Outcome evaluate(std::uint64_t seed, const sim::CartPendulumState& start,
+                   const std::function<Outcome(sim::CartPendulumPlant& plant,
+                                               const sim::CartPendulumState& start)>& once);
 
  private:
   sim::PlantSettings settings_;

@@ -67,18 +67,18 @@ TaskDescription SwingUpTask::description() const {
           .deterministic = plant_.deterministic()};
 }
 
-Evaluation SwingUpTask::evaluate(Controller& controller, std::uint64_t seed) {
+Outcome SwingUpTask::evaluate(Controller& controller, std::uint64_t seed) {
   return roll_out(controller, seed, nullptr);
 }
 
-Evaluation SwingUpTask::evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) {
+Outcome SwingUpTask::evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) {
   trace.set_columns({"time_s", "phi1_rad", "phi2_rad", "y_m", "phi1_rate_radps", "phi2_rate_radps",
                      "y_rate_mps", "cart_acceleration_mps2", "cost"});
   trace.set_policy_columns({"time_s"}, {"cart_acceleration_mps2"});
   return roll_out(controller, seed, &trace);
 }
 
-Evaluation SwingUpTask::roll_out(Controller& controller, std::uint64_t seed, Trace* trace) {
+Outcome SwingUpTask::roll_out(Controller& controller, std::uint64_t seed, Trace* trace) {
   CHECK(controller.input_dim() == 1 && controller.output_dim() == 1,
         "a controller from time to acceleration");
   return plant_.evaluate(
@@ -98,8 +98,8 @@ Evaluation SwingUpTask::roll_out(Controller& controller, std::uint64_t seed, Tra
               }
               return true;
             });
-        if (!end) return Evaluation{.reward = 0, .status = RolloutStatus::kDiverged};
-        return Evaluation{.reward = elementary::exp(-alpha_ * cost_min)};
+        if (!end) return Outcome::failed(RolloutStatus::kDiverged);
+        return Outcome::ok(elementary::exp(-alpha_ * cost_min));
       });
 }
 

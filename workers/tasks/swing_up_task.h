@@ -28,16 +28,16 @@ class SwingUpTask : public Task {
   explicit SwingUpTask(SettingsReader& settings);
 
   TaskDescription description() const override;
-  Evaluation evaluate(Controller& controller, std::uint64_t seed) override;
+  Outcome evaluate(Controller& controller, std::uint64_t seed) override;
   /// Columns: time, state, input and cost of (4-6), at each output step of the plant; poses: the
   /// cart and the links, unless their lengths vary.
-  Evaluation evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) override;
+  Outcome evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) override;
 
  private:
   SwingUpTask(SettingsReader& settings, const sim::PlantSettings& plant,
               const PlantVariation& variation);
   /// @param trace  may be null
-  Evaluation roll_out(Controller& controller, std::uint64_t seed, Trace* trace);
+  Outcome roll_out(Controller& controller, std::uint64_t seed, Trace* trace);
 
   double duration_s_;
   double alpha_;

@@ -72,7 +72,7 @@ TaskDescription SyntheticTask::description() const {
           .deterministic = noise_deviation_ == 0};
 }
 
-Evaluation SyntheticTask::evaluate(Controller& controller, std::uint64_t seed) {
+Outcome SyntheticTask::evaluate(Controller& controller, std::uint64_t seed) {
   CHECK(controller.input_dim() == input_dim_ && controller.output_dim() == output_dim_,
         "a controller with the dimensions of the description");
   spend(duration_us_);
@@ -81,7 +81,7 @@ Evaluation SyntheticTask::evaluate(Controller& controller, std::uint64_t seed) {
     case Fate::kReward:
       break;
     case Fate::kFail:
-      return {.reward = 0, .status = RolloutStatus::kFailed};
+      return Outcome::failed(RolloutStatus::kFailed);
     case Fate::kHang:
       spend(kForEver);
       break;
@@ -93,7 +93,7 @@ Evaluation SyntheticTask::evaluate(Controller& controller, std::uint64_t seed) {
   if (noise_deviation_ > 0) {
     noise = noise_deviation_ * RandomStream(seed, 0, 0, RandomPurpose::kTaskSeed).next_normal();
   }
-  return {.reward = std::clamp(reward(outputs) + noise, 0., 1.)};
+  return Outcome::ok(std::clamp(reward(outputs) + noise, 0., 1.));
 }
 
 SyntheticTask::Fate SyntheticTask::fate(const std::vector<double>& outputs) const {

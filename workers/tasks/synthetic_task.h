@@ -32,7 +32,7 @@ class SyntheticTask : public Task {
   explicit SyntheticTask(SettingsReader& settings);
 
   TaskDescription description() const override;
-  Evaluation evaluate(Controller& controller, std::uint64_t seed) override;
+  Outcome evaluate(Controller& controller, std::uint64_t seed) override;
 
  private:
   enum class Mode { kBurn, kSleep };

@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "common/base/rollout_status.h"
+#include "common/base/outcome.h"
 #include "common/base/task_description.h"
 #include "common/policy/controller.h"
 
@@ -15,12 +15,6 @@ namespace treeroll {
 
 class SettingsReader;
 class Trace;
-
-/// Outcome of one roll-out. A status other than kOk has reward 0.
-struct Evaluation {
-  double reward = 0;
-  RolloutStatus status = RolloutStatus::kOk;
-};
 
 /// A task: plant + controller -> reward. One instance lives in each evaluator process and is asked
 /// again and again, from one thread. A task of one's own is one class and one registration:
@@ -32,10 +26,10 @@ struct Evaluation {
 ///     treeroll::TaskDescription description() const override {
 ///       return {.input_dim = 1, .output_dim = 1, .reward_max = 1, .time_limit_s = 1};
 ///     }
-///     treeroll::Evaluation evaluate(treeroll::Controller& controller, std::uint64_t) override {
+///     treeroll::Outcome evaluate(treeroll::Controller& controller, std::uint64_t) override {
 ///       controller.start();
 ///       const double miss_m = controller.act(2.) - goal_m_;
-///       return {.reward = treeroll::elementary::exp(-miss_m * miss_m)};
+///       return treeroll::Outcome::ok(treeroll::elementary::exp(-miss_m * miss_m));
 ///     }
 ///    private:
 ///     double goal_m_;
@@ -51,11 +45,11 @@ class Task {
   /// A simulation that goes wrong is an answer with a status. What is thrown ends the evaluator.
   /// @param controller  of a policy with the dimensions of the description
   /// @param seed        for tasks that are not deterministic
-  virtual Evaluation evaluate(Controller& controller, std::uint64_t seed) = 0;
+  virtual Outcome evaluate(Controller& controller, std::uint64_t seed) = 0;
   /// The same evaluation, to the bit, that also records what happens on the way
   /// (workers/tasks/trace.h), for treeroll-evaluate --trace. A task that does not override it
   /// records nothing. Learning never calls it.
-  virtual Evaluation evaluate_traced(Controller& controller, std::uint64_t seed, Trace& /*trace*/) {
+  virtual Outcome evaluate_traced(Controller& controller, std::uint64_t seed, Trace& /*trace*/) {
     return evaluate(controller, seed);
   }
 };

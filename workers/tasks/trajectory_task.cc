@@ -36,12 +36,12 @@ TaskDescription TrajectoryTask::description() const {
           .deterministic = true};
 }
 
-Evaluation TrajectoryTask::evaluate(Controller& controller, std::uint64_t /*seed*/) {
+Outcome TrajectoryTask::evaluate(Controller& controller, std::uint64_t /*seed*/) {
   return roll_out(controller, nullptr);
 }
 
-Evaluation TrajectoryTask::evaluate_traced(Controller& controller, std::uint64_t /*seed*/,
-                                           Trace& trace) {
+Outcome TrajectoryTask::evaluate_traced(Controller& controller, std::uint64_t /*seed*/,
+                                        Trace& trace) {
   std::vector<std::string> columns = {goal_.time_name};
   columns.insert(columns.end(), goal_.names.begin(), goal_.names.end());
   for (const std::string& name : goal_.names) columns.push_back("goal_" + name);
@@ -50,7 +50,7 @@ Evaluation TrajectoryTask::evaluate_traced(Controller& controller, std::uint64_t
   return roll_out(controller, &trace);
 }
 
-Evaluation TrajectoryTask::roll_out(Controller& controller, Trace* trace) {
+Outcome TrajectoryTask::roll_out(Controller& controller, Trace* trace) {
   const auto output_dim = static_cast<std::size_t>(goal_.outputs.rows());
   CHECK(controller.input_dim() == 1 && controller.output_dim() == goal_.outputs.rows(),
         "a controller from time to the outputs of the goal");
@@ -70,7 +70,7 @@ Evaluation TrajectoryTask::roll_out(Controller& controller, Trace* trace) {
     }
     if (trace != nullptr) trace->add_row(row);
   }
-  return {.reward = elementary::exp(-alpha_ * sum / static_cast<double>(goal_.times_s.size()))};
+  return Outcome::ok(elementary::exp(-alpha_ * sum / static_cast<double>(goal_.times_s.size())));
 }
 
 }  // namespace treeroll

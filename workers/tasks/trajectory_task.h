@@ -35,13 +35,13 @@ class TrajectoryTask : public Task {
   static std::unique_ptr<Task> spiral(SettingsReader& settings);
 
   TaskDescription description() const override;
-  Evaluation evaluate(Controller& controller, std::uint64_t seed) override;
+  Outcome evaluate(Controller& controller, std::uint64_t seed) override;
   /// Columns: the time, the outputs and their goals, at each sample.
-  Evaluation evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) override;
+  Outcome evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) override;
 
  private:
   /// @param trace  may be null
-  Evaluation roll_out(Controller& controller, Trace* trace);
+  Outcome roll_out(Controller& controller, Trace* trace);
 
   GoalTrajectory goal_;
   double alpha_;

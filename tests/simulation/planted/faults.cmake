@@ -6,7 +6,7 @@ plant("deduplication off" learner/core/workforce_answers.cc
   [[if (!open) return compare_with_taken(]]
   [[if (!open && PLANTED && client_.answer_of(key)) {
     turn.effects.emplace_back(AppendResult{
-        {key, result.content, result.reward, result.status, worker.id}});
+        {key, result.content, {result.reward, result.status}, worker.id}});
   }
   if (!open) return compare_with_taken(]])
 plant("deduplication off" learner/core/workforce_answers.cc
@@ -23,8 +23,8 @@ plant("expiry fails the roll-out" learner/core/workforce.cc
   [[for (const protocol::RolloutKey key : ledger_.expire(turn.now)) {
     if (!PLANTED) continue;
     const Ledger::Entry entry = ledger_.close(key);
-    const AcceptedResult failed{key, entry.question.content, 0, RolloutStatus::kTimedOut,
-                                entry.last_worker};
+    const AcceptedResult failed{key, entry.question.content,
+                                Outcome::failed(RolloutStatus::kTimedOut), entry.last_worker};
     turn.effects.emplace_back(AppendResult{failed});
     client_.take(turn, failed, 0);
   }]])
