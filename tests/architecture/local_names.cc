@@ -18,9 +18,12 @@ std::map<std::string, int> local_names(const SourceFile& file) {
     const std::string& line = file.code[i];
     if (line == "namespace {") is_local = true;
     if (file.lines[i] == "}  // namespace") is_local = false;
+    // Most lines are indented: the regular expressions, slow as they are, see none of those.
+    if (!is_local || line.empty() || line.front() == ' ' || line.front() == '}') continue;
+    constexpr auto kAtStart = std::regex_constants::match_continuous;
     std::smatch match;
-    if (!is_local || std::regex_search(line, other)) continue;
-    if (!std::regex_search(line, match, declaration) || match[1] == "final") continue;
+    if (std::regex_search(line, other, kAtStart)) continue;
+    if (!std::regex_search(line, match, declaration, kAtStart) || match[1] == "final") continue;
     names.emplace(match[1], static_cast<int>(i) + 1);
   }
   return names;
