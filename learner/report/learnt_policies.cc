@@ -78,8 +78,10 @@ PolicyPtr read_best(const RunRecord& run, const PolicyRegistry& registry,
 std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const StudyResults& results) {
   const PolicyRegistry registry = learnable_policies();
   std::vector<LearntPolicy> policies;
-  for (const Condition& condition : loaded.study.conditions) {
+  for (std::size_t i = 0; i < loaded.study.conditions.size(); ++i) {
+    const Condition& condition = loaded.study.conditions[i];
     LearntPolicy policy{.condition = condition.name, .start = condition.start};
+    policy.columns = loaded.columns[i];
     double best_reward = 0;
     for (const RunRecord* run : runs_of(results, condition.name)) {
       if (run->best_policy.empty()) continue;
