@@ -20,6 +20,8 @@ constexpr std::size_t kConditionsOfOnePanel = 4;
 constexpr std::size_t kLinesMax = 8;
 /// Panels of a study: beyond it a report would be pictures of p alone.
 constexpr std::size_t kPanelsMax = 240;
+/// More points than these a line does not show.
+constexpr std::size_t kPointsMax = 1000;
 /// Beyond it the axis ends.
 constexpr double kLeastP = 1e-8;
 
@@ -141,14 +143,15 @@ std::string axis_of_p(double largest) {
       1.2 * reach, marks, level);
 }
 
-std::string commands_of(const PValuePanel& panel, const std::string& axes, std::size_t& index,
-                        std::string& data) {
+/// @param step  every so many roll-outs are drawn
+std::string commands_of(const PValuePanel& panel, const std::string& axes, std::size_t step,
+                        std::size_t& index, std::string& data) {
   std::string lines;
   std::string marks;
   for (std::size_t line = 0; line < panel.labels.size(); ++line) {
     if (panel.labels[line].empty()) continue;
     data += "# rollout p evidence p_family\n";
-    for (std::size_t i = 0; i < panel.p[line].size(); ++i) {
+    for (std::size_t i = 0; i < panel.p[line].size(); i += step) {
       constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
       const auto& p = panel.p[line][i];
       data += fmt::format("{} {} {} {}\n", i + 1, datum(p.value_or(kNone)),
@@ -191,12 +194,13 @@ Plot page_of(const Rows<PValuePanel>& rows) {
       "  {}; set xrange [0:{}]; set xtics {}\n{}",
       grid.labels.empty() ? "set key above horizontal Left reverse samplen 4" : "unset key", length,
       round_step(static_cast<double>(length)), axis_of_p(largest));
+  const std::size_t step = (length + kPointsMax - 1) / kPointsMax;
   Plot plot;
   std::size_t index = 0;
   for (const auto& row : rows) {
     grid.rows.emplace_back();
     for (const PValuePanel& panel : row) {
-      grid.rows.back().push_back(commands_of(panel, axes, index, plot.data));
+      grid.rows.back().push_back(commands_of(panel, axes, step, index, plot.data));
     }
   }
   arrange(grid, plot);
@@ -206,6 +210,7 @@ Plot page_of(const Rows<PValuePanel>& rows) {
       "are at .05. Marks stand where a difference remains below .05, two-sided, by Holm's "
       "correction over all roll-outs and all pairs of conditions that are compared under one "
       "heading: the chance that any mark there is false is at most 5 %.";
+  if (step > 1) plot.caption += fmt::format(" One of {} roll-outs is drawn.", step);
   return plot;
 }
 

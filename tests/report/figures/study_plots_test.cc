@@ -255,6 +255,17 @@ TEST(StudyPlotsTest, MarksAreOfTheWholeFamily) {
   EXPECT_THAT(plot.commands, HasSubstr("using 1:($4 < .05 ? $3 : NaN) with points lt 1"));
 }
 
+TEST(StudyPlotsTest, OfVeryManyRolloutsSomeHaveTheirPDrawn) {
+  StudyResults study{.name = "long", .directory = "", .runs = {}};
+  for (int run = 0; run < 4; ++run) {
+    study.runs.push_back(
+        run_with(run < 2 ? "a" : "b", run % 2, run, std::vector<double>(5000, .1 * run)));
+  }
+  const Plot plot = find(study_plots(study), "p_values");
+  EXPECT_EQ(std::count(plot.data.begin(), plot.data.end(), '\n'), 1 + 1000 + 2);
+  EXPECT_THAT(plot.caption, HasSubstr("One of 5 roll-outs is drawn."));
+}
+
 TEST(StudyPlotsTest, ConditionsOfOneRunHaveNoPValuesAndAreNamed) {
   StudyResults study = grid_of({"a.1", "a.2"});
   for (const char* name : {"b.1", "b.2"}) {
