@@ -97,8 +97,10 @@ Chosen choose(const std::vector<StudyResults>& studies, const std::string& argum
                                   : "several studies have this condition: write STUDY:CONDITION");
 }
 
+/// @param remarks  sentences on what is left out of them
 std::vector<Comparison> comparisons(const ReportOptions& options,
-                                    const std::vector<StudyResults>& studies) {
+                                    const std::vector<StudyResults>& studies,
+                                    std::vector<std::string>& remarks) {
   if (!options.compare.empty()) {
     const Chosen a = choose(studies, options.compare.at(0));
     const Chosen b = choose(studies, options.compare.at(1));
@@ -116,6 +118,9 @@ std::vector<Comparison> comparisons(const ReportOptions& options,
         comparison.b = study.name + ":" + comparison.b;
       }
       all.push_back(std::move(comparison));
+    }
+    if (std::string remark = pairs_left_out(study); !remark.empty()) {
+      remarks.push_back(std::move(remark));
     }
   }
   return all;
@@ -151,7 +156,8 @@ void write_report(const ReportOptions& options) {
   add_log_likelihoods(claims, studies);
   std::vector<ClaimResult> results;
   for (const Claim& claim : claims) results.push_back(judge(claim, studies));
-  const std::vector<Comparison> compared = comparisons(options, studies);
+  std::vector<std::string> comparison_remarks;
+  const std::vector<Comparison> compared = comparisons(options, studies, comparison_remarks);
 
   Document document{.title = "Report", .sections = {}};
   std::vector<StudyPictures> figures;
@@ -166,7 +172,9 @@ void write_report(const ReportOptions& options) {
     }
     document.sections.push_back(claims_section(claims, results, all));
   }
-  if (!compared.empty()) document.sections.push_back(comparison_section("Comparisons", compared));
+  if (!compared.empty()) {
+    document.sections.push_back(comparison_section("Comparisons", compared, comparison_remarks));
+  }
   for (std::size_t i = 0; i < studies.size(); ++i) {
     document.sections.push_back(study_section(studies[i], figures[i].pictures, figures[i].remarks));
   }

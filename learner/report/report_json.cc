@@ -17,6 +17,12 @@ json or_null(const std::optional<Interval>& interval) {
   return interval ? json{interval->low, interval->high} : json();
 }
 
+json or_null(const Comparison::ByRollout& values) {
+  json all = json::array();
+  for (const auto& value : values) all.push_back(or_null(value));
+  return all;
+}
+
 json to_json(const Claim& claim, const ClaimResult& result, const std::optional<double>& adjusted) {
   return {{"claim", claim.text},
           {"section", claim.section},
@@ -67,8 +73,8 @@ json to_json(const Comparison& comparison) {
                 {"n", {comparison.num_a, comparison.num_b}},
                 {"means", {or_null(comparison.mean_a), or_null(comparison.mean_b)}},
                 {"hedges_g", or_null(comparison.g)},
-                {"p_over_rollouts", comparison.p},
-                {"p_over_rollouts_holm", comparison.p_holm},
+                {"p_over_rollouts", or_null(comparison.p)},
+                {"p_over_rollouts_holm", or_null(comparison.p_holm)},
                 {"p", nullptr},
                 {"difference_interval_95", nullptr},
                 {"paired_p", nullptr}};

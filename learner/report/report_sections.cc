@@ -8,13 +8,15 @@
 #include <cstddef>
 #include <map>
 
+#include "learner/report/figures/condition_grid.h"
 #include "learner/results/run_counts.h"
 #include "learner/results/summary.h"
 
 namespace treeroll::report {
 namespace {
 
-constexpr std::size_t kAllPairsMax = 6;
+/// Rows of a table of comparisons.
+constexpr std::size_t kPairsMax = 400;
 
 std::string number(const std::optional<double>& value) {
   return value ? fmt::format("{:.3f}", *value) : "-";
@@ -158,7 +160,8 @@ Section study_section(const StudyResults& study, const std::vector<Picture>& fig
   return section;
 }
 
-Section comparison_section(const std::string& title, const std::vector<Comparison>& comparisons) {
+Section comparison_section(const std::string& title, const std::vector<Comparison>& comparisons,
+                           const std::vector<std::string>& remarks) {
   Section section{.id = to_id(title), .title = title, .blocks = {}};
   section.blocks.emplace_back(
       "p is of the one-sided Welch test that the first is greater near the last roll-out, with "
@@ -166,7 +169,9 @@ Section comparison_section(const std::string& title, const std::vector<Compariso
       "correction over this table beside it; the paired p takes repetitions that share their "
       "random "
       "numbers together. The last columns count the roll-outs at which the first is ahead with p < "
-      ".05, plain and corrected over all roll-outs.");
+      ".05, of those at which both have two runs, plain and corrected over all of them. Within a "
+      "study "
+      "every two conditions are compared whose names differ in one part alone.");
   std::vector<double> p;
   for (const Comparison& comparison : comparisons) {
     if (comparison.end) p.push_back(comparison.end->p);
@@ -177,10 +182,12 @@ Section comparison_section(const std::string& title, const std::vector<Compariso
               .rows = {}};
   std::size_t tested = 0;
   for (const Comparison& comparison : comparisons) {
-    const auto ahead = [](const std::vector<double>& values) {
-      const auto count =
-          std::count_if(values.begin(), values.end(), [](double value) { return value < .05; });
-      return fmt::format("{} of {}", count, values.size());
+    const auto ahead = [](const Comparison::ByRollout& values) {
+      const auto tested = std::count_if(values.begin(), values.end(),
+                                        [](const auto& value) { return value.has_value(); });
+      const auto count = std::count_if(values.begin(), values.end(),
+                                       [](const auto& value) { return value && *value < .05; });
+      return fmt::format("{} of {}", count, tested);
     };
     std::optional<double> p_end;
     std::optional<double> p_holm;
@@ -206,31 +213,25 @@ Section comparison_section(const std::string& title, const std::vector<Compariso
                           {ahead(comparison.p_holm), ""}});
   }
   section.blocks.emplace_back(std::move(table));
+  for (const std::string& remark : remarks) section.blocks.emplace_back(remark);
   return section;
 }
 
 std::vector<Comparison> comparisons_within(const StudyResults& study) {
-  const std::vector<std::string> conditions = conditions_of(study);
   std::vector<Comparison> comparisons;
-  const auto add = [&](const std::string& a, const std::string& b) {
+  for (const auto& [a, b] : pairs_of(conditions_of(study))) {
+    if (comparisons.size() == kPairsMax) break;
     comparisons.push_back(compare(a, runs_of(study, a), b, runs_of(study, b), true));
-  };
-  if (conditions.size() <= kAllPairsMax) {
-    for (std::size_t i = 0; i < conditions.size(); ++i) {
-      for (std::size_t j = i + 1; j < conditions.size(); ++j) add(conditions[i], conditions[j]);
-    }
-    return comparisons;
-  }
-  const auto end = [&](const std::string& condition) {
-    return mean(present(runs_of(study, condition), {})).value_or(-1);
-  };
-  const auto best = *std::max_element(
-      conditions.begin(), conditions.end(),
-      [&](const std::string& a, const std::string& b) { return end(a) < end(b); });
-  for (const std::string& condition : conditions) {
-    if (condition != best) add(best, condition);
   }
   return comparisons;
+}
+
+std::string pairs_left_out(const StudyResults& study) {
+  const std::size_t num_pairs = pairs_of(conditions_of(study)).size();
+  if (num_pairs <= kPairsMax) return "";
+  return fmt::format(
+      "Of the {} pairs of {} the first {} stand here; --compare A B compares any other.", num_pairs,
+      study.name, kPairsMax);
 }
 
 std::vector<Comparison> comparisons_between(const StudyResults& a, const StudyResults& b) {

@@ -21,6 +21,7 @@
 #include "learner/study/message_sizes.h"
 #include "learner/study/policy_file.h"
 #include "learner/study/study_document.h"
+#include "learner/study/task_csv.h"
 #include "learner/study/toml_source.h"
 
 namespace treeroll {
@@ -94,8 +95,16 @@ class PolicyCache {
   std::map<std::string, ResolvedPolicy> policies_;
 };
 
-/// policy.start_file, read into policy.start: the resolved study then needs no other file. A path
-/// in the study file is relative to that file's folder, one of the command line to the current one.
+/// A path in the study file is relative to that file's folder, one of the command line to the
+/// current one.
+std::filesystem::path path_of(const std::filesystem::path& study_file,
+                              const SettingOrigins& origins, const std::string& key,
+                              const std::filesystem::path& path) {
+  const bool is_of_study = path.is_relative() && origin_of(origins, key) != kCommandLineOrigin;
+  return is_of_study ? study_file.parent_path() / path : path;
+}
+
+/// policy.start_file, read into policy.given: the resolved study then needs no other file.
 void read_start_file(const std::filesystem::path& study_file, const SettingOrigins& origins,
                      const PolicyRegistry& policies, json& policy) {
   constexpr const char* kKey = "policy.start_file";
@@ -105,10 +114,7 @@ void read_start_file(const std::filesystem::path& study_file, const SettingOrigi
   if (policy.contains(kGivenPolicy)) {
     throw ConfigError(kKey, found->dump(), "must not stand beside policy.given");
   }
-  std::filesystem::path path = found->get<std::string>();
-  if (path.is_relative() && origin_of(origins, kKey) != kCommandLineOrigin) {
-    path = study_file.parent_path() / path;
-  }
+  const std::filesystem::path path = path_of(study_file, origins, kKey, found->get<std::string>());
   policy[kGivenPolicy] = to_json(*read_policy_file(kKey, path, policies).policy);
   policy.erase("start_file");
 }
@@ -191,6 +197,17 @@ void find_demonstration_files(const std::filesystem::path& directory, json& sett
   }
 }
 
+/// The names that a demonstration's columns have, inputs before outputs; none without files.
+std::vector<std::string> demonstration_columns(const json& policy) {
+  std::vector<std::string> columns;
+  for (const char* key : {"/demonstration/inputs", "/demonstration/outputs"}) {
+    const json::json_pointer where(key);
+    if (!policy.contains(where)) continue;
+    for (const json& name : policy[where]) columns.push_back(name.get<std::string>());
+  }
+  return columns;
+}
+
 /// Reads the conditions of a document one after the other.
 class StudyBuilder {
  public:
@@ -205,6 +222,9 @@ class StudyBuilder {
     const std::string& name = document_.name(index);
     try {
       read_start_file(file_, origins, registry_, settings.at("policy"));
+      embed_task_csv([&](const std::string& key,
+                         const std::string& file) { return path_of(file_, origins, key, file); },
+                     settings.at("task"));
       loaded_.study.conditions.push_back(read(name, settings));
     } catch (const ConfigError& error) {
       throw StudyError(origin_of(origins, error.key()), in_condition(error, name));
@@ -240,6 +260,7 @@ class StudyBuilder {
     check_message_sizes(condition);
     loaded_.log_likelihoods.push_back(policy.start.log_likelihoods);
     loaded_.demonstrations.push_back(policy.start.demonstration);
+    loaded_.columns.push_back(demonstration_columns(policy.settings));
 
     for (const char* own : {"rollouts", "in_flight"}) study_table.erase(own);
     study_table_ = std::move(study_table);

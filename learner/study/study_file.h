@@ -26,6 +26,8 @@ struct LoadedStudy {
   std::vector<std::vector<double>> log_likelihoods;
   /// By condition: StartPolicy::demonstration.
   std::vector<std::shared_ptr<const Eigen::MatrixXd>> demonstrations;
+  /// By condition: what a demonstration from files calls inputs and outputs; empty without one.
+  std::vector<std::vector<std::string>> columns;
   std::vector<SettingOrigins> origins;  ///< by condition: where its settings stand
 };
 

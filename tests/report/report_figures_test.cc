@@ -178,6 +178,35 @@ TEST_F(ReportFiguresTest, WhatTheWorkerRecordsIsDrawnAndTheSameBytesEachTime) {
   EXPECT_EQ(content("two/figures/mine/motion.png"), content("one/figures/mine/motion.png"));
 }
 
+TEST_F(ReportFiguresTest, EveryRepetitionsBestIsASolution) {
+  learn_into(folder_ / "study", tree_study(""));
+  const LoadedStudy loaded = load_study(folder_ / "study/study.toml", {});
+  const auto policies = learnt_policies(loaded, results());
+  ASSERT_EQ(policies.size(), 2U);
+  EXPECT_EQ(policies[0].solutions.size(), 2U);
+  EXPECT_THAT(policies[0].solutions, testing::Contains(policies[0].best));
+  EXPECT_THAT(report("out", worker(kTraced)), HasSubstr("(figures/mine/solutions.svg)"));
+  EXPECT_THAT(content("out/figures/mine/solutions.gp"), HasSubstr("set title 'tree (2)'"));
+}
+
+TEST_F(ReportFiguresTest, AxesHaveTheNamesOfTheDemonstrationsColumns) {
+  std::ofstream(folder_ / "demo.csv") << "t_ms,left_deg\n0,1\n1,2\n2,5\n3,1\n4,0\n5,3\n";
+  std::string text = tree_study("");
+  const std::size_t begin = text.find("start = \"components\"");
+  text.replace(begin, text.find("[exploration]") - begin,
+               "components = [1, 2]\nlayout = \"means\"\n[policy.demonstration]\nkind = \"csv\"\n"
+               "files = [\"" +
+                   (folder_ / "demo.csv").string() +
+                   "\"]\ninputs = [\"t_ms\"]\noutputs = [\"left_deg\"]\n");
+  learn_into(folder_ / "study", text);
+  (void)report("out", worker(kTraced));
+  for (const char* name : {"layers", "policies", "solutions"}) {
+    EXPECT_THAT(content("out/figures/mine/" + std::string(name) + ".gp"),
+                HasSubstr("set xlabel 't (ms)'; set ylabel 'left (°)'"))
+        << name;
+  }
+}
+
 TEST_F(ReportFiguresTest, AWorkerThatAnswersAmissCostsItsPicturesNotTheReport) {
   learn_into(folder_ / "study", tree_study(""));
   const struct {

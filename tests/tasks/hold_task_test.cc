@@ -55,6 +55,24 @@ TEST(HoldTaskTest, WhatRestsAtTheTargetGetsRewardOne) {
   EXPECT_NEAR(evaluate(*task, feedback(kNone), 0).reward(), 1, 1e-12);
 }
 
+TEST(HoldTaskTest, ATraceHasTheStatesThatThePolicySawAndTheSameReward) {
+  const auto task = make(R"({"plant": "rk4", "duration_s": 1})");
+  Trace trace;
+  const Outcome traced = evaluate_traced(*task, feedback(kHangingRegulator), 0, trace);
+  EXPECT_EQ(traced.reward(), evaluate(*task, feedback(kHangingRegulator), 0).reward());
+  EXPECT_EQ(trace.policy_inputs().size(), 6U);
+  const std::size_t width = trace.columns().size();
+  ASSERT_EQ(width, 9U);
+  ASSERT_GT(trace.numbers().size(), 10 * width);
+  // The start is .3 and -.2 from the target, at rest.
+  EXPECT_NEAR(trace.numbers()[1], .3, 1e-12);
+  EXPECT_NEAR(trace.numbers()[2], -.2, 1e-12);
+  for (std::size_t row = 0; row < trace.numbers().size(); row += width) {
+    const Eigen::Map<const Gains> state(&trace.numbers()[row + 1]);
+    EXPECT_NEAR(trace.numbers()[row + 7], kHangingRegulator.dot(state), 1e-9);
+  }
+}
+
 TEST(HoldTaskTest, APushedCartGetsTheMeanCostOfItsPath) {
   // With no gravity and no friction to speak of the links would swing; with tiny arms they do not
   // move, and the cart's path alone counts: c = (.7 a t^2 / 2)^4 + (a t)^2 / 50.

@@ -160,5 +160,34 @@ TEST(SpiralTaskTest, DescribesItselfAndSaysWhatIsWrong) {
   EXPECT_THAT(refusal("spiral", R"({"goal": {}})"), HasSubstr("task.goal"));
 }
 
+TEST(RecordedGoalTest, EachRowIsASampleAndTheNamesAreThoseOfTheRecording) {
+  // A policy that gives 1 everywhere, against 1, 2 and 4: (0 + 1 + 9) / 3.
+  const auto task = make("trajectory", R"({"alpha": 0.3, "goal": {"columns": ["t_ms", "x_mm"],
+      "rows": [[0, 1], [10, 2], [30, 4]]}})");
+  Trace trace;
+  const Gmm policy = equally_spaced_lines(30, {one(1)}, {0});
+  EXPECT_NEAR(evaluate_traced(*task, policy, 0, trace).reward(), std::exp(-1), 1e-12);
+  EXPECT_EQ(trace.columns(), (std::vector<std::string>{"t_ms", "x_mm", "goal_x_mm"}));
+  EXPECT_EQ(trace.numbers(), (std::vector<double>{0, 1, 1, 10, 1, 2, 30, 1, 4}));
+}
+
+TEST(RecordedGoalTest, RefusalsNameTheKeyAndTheRule) {
+  const auto error = [](const std::string& goal) {
+    return error_of("trajectory", "{\"goal\": {" + goal + "}}");
+  };
+  EXPECT_THAT(error(R"("columns": ["t"], "rows": [[0], [1]])"),
+              HasSubstr("goal.columns = [\"t\"]: must name the time and at least one output"));
+  EXPECT_THAT(error(R"("columns": ["t", "x", "x"], "rows": [[0, 1, 1]])"),
+              HasSubstr("must differ"));
+  EXPECT_THAT(error(R"("columns": ["t", "x", "goal_x"], "rows": [[0, 1, 1]])"),
+              HasSubstr("goal_NAME"));
+  EXPECT_THAT(error(R"("columns": ["t", "x"], "rows": [[0, 1], [0, 2]])"),
+              HasSubstr("the time must grow: row 2 is at 0, the one before at 0"));
+  EXPECT_THAT(error(R"("columns": ["t", "x"], "rows": [[0, 1, 2]])"), HasSubstr("goal.rows"));
+  EXPECT_THAT(error_of("trajectory", R"({"samples": 5, "goal": {"columns": ["t", "x"],
+      "rows": [[0, 1], [1, 2]]}})"),
+              HasSubstr("samples"));
+}
+
 }  // namespace
 }  // namespace treeroll

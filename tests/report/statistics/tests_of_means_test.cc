@@ -104,6 +104,26 @@ TEST(HolmTest, IsTheStepDownComputedByHand) {
   EXPECT_TRUE(holm({}).empty());
 }
 
+TEST(HolmTest, IsThatOfR) {
+  // p.adjust(c(.01, .02, .03, .04, .05), "holm") of R gives .05 .08 .09 .09 .09.
+  const Values adjusted = holm({.01, .02, .03, .04, .05});
+  const Values expected = {.05, .08, .09, .09, .09};
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(adjusted[i], expected[i], 1e-15);
+}
+
+TEST(HolmTest, WhatIsNotThereCountsNot) {
+  const auto adjusted = holm_of_present({{}, .01, {}, .04});
+  EXPECT_FALSE(adjusted[0]);
+  EXPECT_EQ(*adjusted[1], .02);
+  EXPECT_EQ(*adjusted[3], .04);
+}
+
+TEST(HolmTest, TwoSidedIsTheSmallerSideTwice) {
+  EXPECT_EQ(two_sided(.01), .02);
+  EXPECT_NEAR(two_sided(.99), .02, 1e-15);
+  EXPECT_EQ(two_sided(.5), 1);
+}
+
 TEST(TrendTest, APerfectOrderIsCertainAndItsReverseImpossible) {
   EXPECT_EQ(growing({{1}, {2}, {3}})->p, 0);
   EXPECT_EQ(growing({{3}, {2}, {1}})->p, 1);
