@@ -68,6 +68,11 @@ class LearnerDaemon : private learner::EffectHandler {
     core_ = std::make_unique<learner::LearnerCore>(std::move(study), settings_);
   }
 
+  /// The loop gives the signals up, which would then end a learner that is done.
+  ~LearnerDaemon() override { block_stop_signals(); }
+  LearnerDaemon(const LearnerDaemon&) = delete;
+  LearnerDaemon& operator=(const LearnerDaemon&) = delete;
+
   /// Takes the journal for this learner alone.
   void lock_journal(const fs::path& path) { journal_.emplace(path); }
 
