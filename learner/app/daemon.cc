@@ -15,6 +15,8 @@
 #include "common/base/config_error.h"
 #include "common/files/atomic_file.h"
 #include "common/files/whole_file.h"
+#include "common/program/log.h"
+#include "common/program/process_start.h"
 #include "common/program/program.h"
 #include "common/program/standard_output.h"
 #include "common/protocol/timings.h"
@@ -66,6 +68,11 @@ class LearnerDaemon : private learner::EffectHandler {
     core_ = std::make_unique<learner::LearnerCore>(std::move(study), settings_);
   }
 
+  /// The loop gives the signals up, which would then end a learner that is done.
+  ~LearnerDaemon() override { block_stop_signals(); }
+  LearnerDaemon(const LearnerDaemon&) = delete;
+  LearnerDaemon& operator=(const LearnerDaemon&) = delete;
+
   /// Takes the journal for this learner alone.
   void lock_journal(const fs::path& path) { journal_.emplace(path); }
 
@@ -73,8 +80,8 @@ class LearnerDaemon : private learner::EffectHandler {
   void continue_journal(const fs::path& path, const ContentHash& study_id) {
     const JournalTail tail = fold_journal(path, study_id, loop_.now(), *core_);
     if (tail.torn_bytes > 0) {
-      spdlog::warn("{}: cut off {} bytes that an interrupted learner left", path.string(),
-                   tail.torn_bytes);
+      spdlog::warn("{}: cut off {} bytes{} that an interrupted learner left", path.string(),
+                   tail.torn_bytes, tail.torn_bytes_are_zero ? ", all of them 0," : "");
     }
     journal_->continue_after(tail);
     journal_->append(JournalStart{kAlgorithmVersion, study_id, settings_.learner_id},
@@ -84,7 +91,7 @@ class LearnerDaemon : private learner::EffectHandler {
 
   void run() {
     if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
-    loop_.on_signals({SIGINT, SIGTERM}, [this](int signal) { stop(signal); });
+    loop_.on_signals(stop_signals(), [this](int signal) { stop(signal); });
     if (options_.local_workers > 0) {
       loop_.on_signals({SIGCHLD}, [this](int) {
         if (local_worker_) watch_local_worker();
@@ -172,16 +179,7 @@ class LearnerDaemon : private learner::EffectHandler {
     }
   }
 
-  void log(const LogLine& line) override {
-    switch (line.level) {
-      case LogLine::Level::kInfo:
-        return spdlog::info("{}", line.text);
-      case LogLine::Level::kWarning:
-        return spdlog::warn("{}", line.text);
-      case LogLine::Level::kError:
-        return spdlog::error("{}", line.text);
-    }
-  }
+  void log(const LogLine& line) override { log_line(line); }
 
   /// A learner that cannot write must not go on; called inside a catch.
   void fail() {
@@ -232,9 +230,16 @@ void salvage(const fs::path& journal) {
       kept.num_records, kept.bytes_kept, kept.bytes_lost, kept.whole.string());
 }
 
+/// An error after which everything that was learnt is in the journal: of a full disk, say.
+std::string resumable(const std::string& error, const fs::path& directory) {
+  return fmt::format("{}; what is in the journal is kept, go on with --resume {}", error,
+                     directory.string());
+}
+
 }  // namespace
 
 int run_learner(const LearnerOptions& options) {
+  end_when_stopped(kExitStopped, "asked to end while it was starting: nothing is lost\n");
   const bool resumes = !options.resume_dir.empty();
   if (resumes) check_resumable(options.resume_dir);
   const LoadedStudy loaded =
@@ -265,17 +270,23 @@ int run_learner(const LearnerOptions& options) {
   }
 
   const auto start = std::chrono::steady_clock::now();
-  daemon.run();
+  try {
+    daemon.run();
+  } catch (const BadInput&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(resumable(error.what(), directory));
+  }
   const double elapsed_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::vector<RunRecord> runs = daemon.core().run_records();
   const StudySummary summary{loaded.study.name, summarize(runs), daemon.core().counters(),
                              daemon.core().worker_records(), elapsed_s};
   if (const std::string failures = write_results(directory, runs); !failures.empty()) {
-    throw std::runtime_error(failures);
+    throw std::runtime_error(resumable(failures, directory));
   }
   daemon.seal_journal();
-  // Last: whoever reads it may have gone, which ends us at once (SIGPIPE).
+  // Last: whoever reads it may have gone, which is an error then.
   fmt::print("{}", options.json ? to_json(summary) + "\n" : to_table(summary.conditions));
   flush_standard_output();
   if (daemon.core().outcome() != learner::LearnerCore::Outcome::kDone) {

@@ -16,9 +16,9 @@ class DemonstrationError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// One observation a line under a line of column names, separated by commas; blanks around names
-/// and numbers do not count. Other columns are not looked at, except that each line has them all.
-/// Throws DemonstrationError on columns that are missing or there twice, on lines of another length
+/// One observation a row under a row of column names, as csv_rows.h reads them; numbers may have a
+/// plus sign. Other columns are not looked at, except that each row has them all.
+/// Throws DemonstrationError on columns that are missing or there twice, on rows of another length
 /// and on anything in a wanted column that is not a finite number.
 /// @param name     of the file, for errors
 /// @param columns  d names: the rows of the result

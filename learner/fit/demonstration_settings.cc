@@ -1,5 +1,7 @@
 #include "learner/fit/demonstration_settings.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -30,10 +32,12 @@ Demonstration cart_acceleration(SettingsReader& reader) {
   return result;
 }
 
+/// Of each row; 0 exactly where all its numbers are the same.
 Eigen::VectorXd variances(const Eigen::MatrixXd& data) {
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(data.rows());
   const auto count = static_cast<double>(data.cols());
   for (Eigen::Index i = 0; i < data.rows(); ++i) {
+    if (data.row(i).minCoeff() == data.row(i).maxCoeff()) continue;
     double mean = 0;
     for (Eigen::Index n = 0; n < data.cols(); ++n) mean += data(i, n) / count;
     for (Eigen::Index n = 0; n < data.cols(); ++n) {
@@ -65,13 +69,10 @@ Demonstration from_files(SettingsReader& reader, const FileReader& read_file) {
     reader.refuse("content", "the files have changed: their content is " + demonstration.content);
   }
   const Eigen::VectorXd variance = variances(demonstration.data);
-  for (Eigen::Index i = 0; i < variance.size(); ++i) {
-    const Eigen::VectorXd row = demonstration.data.row(i);
-    if (row.minCoeff() < row.maxCoeff() && variance[i] > 0) continue;
-    reader.refuse(i < result.input_dim ? "inputs" : "outputs",
-                  "column \"" + columns[static_cast<std::size_t>(i)] +
-                      "\" of the files does not "
-                      "vary");
+  for (Eigen::Index i = 0; i < result.input_dim; ++i) {
+    if (variance[i] > 0) continue;
+    reader.refuse("inputs", fmt::format("column \"{}\" of the files does not vary",
+                                        columns[static_cast<std::size_t>(i)]));
   }
   result.data = demonstration.data;
   result.regularisation = kRegularisationShare * variance;

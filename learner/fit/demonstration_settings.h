@@ -13,7 +13,7 @@ struct Demonstration {
   Eigen::MatrixXd data;            ///< d x N, inputs over outputs, columns are observations
   int input_dim = 1;               ///< dI
   Eigen::VectorXd regularisation;  ///< d x 1, variances a fit adds by default
-  double output_deviation = 5;     ///< of the components EM starts from by default
+  double output_deviation = 5;     ///< of the components EM starts from by default; 0: none suits
 };
 
 /// Reads [policy.demonstration], of one of two kinds:
@@ -30,7 +30,8 @@ struct Demonstration {
 ///   content = "5d..."            # optional: hash of the files, refused where they have changed
 ///
 /// By default the regularisation of files is 1e-4 of each column's variance, and the deviation of
-/// the outputs that of the most varied of them. Throws ConfigError. Calls finish().
+/// the outputs that of the most varied of them. An output may be constant: then both are 0, and a
+/// fit needs a regularisation of its own for it. Throws ConfigError. Calls finish().
 Demonstration read_demonstration(SettingsReader reader, const FileReader& read_file);
 
 }  // namespace treeroll

@@ -37,13 +37,26 @@ FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration) 
                      std::vector<double>(standard.begin(), standard.end()));
   settings.em.regularisation =
       Eigen::Map<const Eigen::VectorXd>(regularisation.data(), standard.size());
+  const Eigen::VectorXd outputs =
+      settings.em.regularisation.tail(standard.size() - settings.input_dim);
+  for (Eigen::Index i = 0; i < outputs.size(); ++i) {
+    const auto values = demonstration.data.row(settings.input_dim + i);
+    if (outputs[i] > 0 || values.minCoeff() < values.maxCoeff()) continue;
+    reader.refuse(
+        "regularisation",
+        fmt::format("output {} of the demonstration does not vary: its variance, number {} "
+                    "here, must be above 0",
+                    i + 1, settings.input_dim + i + 1));
+  }
   if (reader.choice("start", {"equally_spaced", "kmeans"}, "equally_spaced") == "kmeans") {
     settings.start = FitStart::kKmeans;
     settings.kmeans_seed =
         static_cast<std::uint64_t>(reader.integer("kmeans_seed", 0, 1'000'000'000, 1));
   } else {
-    settings.initial_output_deviation = reader.number(
-        "initial_output_deviation", {.min = 1e-20, .max = 1e20}, demonstration.output_deviation);
+    const double suited = demonstration.output_deviation > 0 ? demonstration.output_deviation
+                                                             : std::sqrt(outputs.maxCoeff());
+    settings.initial_output_deviation =
+        reader.number("initial_output_deviation", {.min = 1e-20, .max = 1e20}, suited);
   }
   settings.split.axis =
       reader.choice("split_axis", {"cholesky", "principal"}, "cholesky") == "principal"

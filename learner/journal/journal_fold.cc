@@ -48,7 +48,8 @@ fs::path free_name(const fs::path& journal) {
   for (int i = 1;; ++i) {
     fs::path name = journal;
     name += i == 1 ? ".damaged" : fmt::format(".damaged{}", i);
-    if (!fs::exists(name)) return name;
+    // A link that leads nowhere is taken too: it would be followed.
+    if (fs::symlink_status(name).type() == fs::file_type::not_found) return name;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "common/base/content_hash.h"
@@ -48,6 +49,7 @@ using JournalRecord = std::variant<JournalStart, AcceptedResult, LearningTime, J
 ///      -16     8  check of the record before it, 0 for the first
 ///       -8     8  check of this record: the first 8 bytes of the BLAKE2b hash (128 bits) of all of
 ///                 it up to here, so that each verifies alone and the order is fixed
+inline constexpr std::string_view kJournalSyncBytes = "\xed\xa1\xda\x01";
 inline constexpr const char* kJournalChannel = "TREEROLL_JOURNAL";
 inline constexpr std::size_t kJournalRecordBytesMax = 28 + 16 + 1 + 33 + 16;
 

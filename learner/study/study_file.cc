@@ -222,6 +222,7 @@ class StudyBuilder {
     const std::string& name = document_.name(index);
     try {
       read_start_file(file_, origins, registry_, settings.at("policy"));
+      check_beside_given(settings.at("policy"));
       embed_task_csv([&](const std::string& key,
                          const std::string& file) { return path_of(file_, origins, key, file); },
                      settings.at("task"));
@@ -244,6 +245,23 @@ class StudyBuilder {
   }
 
  private:
+  /// What stands beside a given policy describes another one and does not count. Conditions that
+  /// differ in it would look different and be the same.
+  void check_beside_given(const json& policy) {
+    if (!policy.contains(kGivenPolicy)) return;
+    json beside = policy;
+    beside.erase(kGivenPolicy);
+    const auto [first, is_new] = beside_given_.try_emplace(policy[kGivenPolicy].dump(), beside);
+    const json differences = json::diff(first->second, beside);
+    if (is_new || differences.empty()) return;
+    const json::json_pointer place(differences[0]["path"].get<std::string>());
+    std::string key = "policy" + place.to_string();
+    std::replace(key.begin(), key.end(), '/', '.');
+    throw ConfigError(key, beside.contains(place) ? beside[place].dump() : "",
+                      "must be the same in all conditions that begin with the same "
+                      "policy.start_file: beside it, no other key of [policy] counts");
+  }
+
   Condition read(const std::string& name, const json& settings) {
     json study_table;
     const Budget budget = read_study_table(settings.at("study"), loaded_.study, study_table);
@@ -310,6 +328,7 @@ class StudyBuilder {
   const StudyDocument& document_;
   const PolicyRegistry& registry_;
   PolicyCache policies_;
+  std::map<std::string, json> beside_given_;  ///< by policy: the other keys of its first condition
   LoadedStudy loaded_;
   json study_table_;
   std::string conditions_toml_;

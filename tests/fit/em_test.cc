@@ -138,6 +138,25 @@ std::string refusal_of_fit(const Gmm& start, const MatrixXd& data) {
   return "";
 }
 
+TEST(EmTest, AnOffsetOfTheOutputChangesNothingButTheOffset) {
+  const Eigen::Index num_samples = 100;
+  MatrixXd data(2, num_samples);
+  for (Eigen::Index n = 0; n < num_samples; ++n) {
+    const double time = static_cast<double>(n) / 50;
+    data.col(n) = Vector2d(time, std::sin(3 * time));
+  }
+  const Gmm near = fit_em(equally_spaced(data, 1, 4, .7), data, settings(50, 2, 1e-4));
+  for (const double offset : {1e3, -1e6, 1e8}) {
+    MatrixXd far = data;
+    far.row(1).array() += offset;
+    const Gmm fit = fit_em(equally_spaced(far, 1, 4, .7), far, settings(50, 2, 1e-4));
+    for (int k = 0; k < 4; ++k) {
+      EXPECT_LT((fit[k].mean - Vector2d(0, offset) - near[k].mean).norm(), 1e-6) << offset;
+      EXPECT_LT((fit[k].covariance - near[k].covariance).norm(), 1e-6) << offset;
+    }
+  }
+}
+
 TEST(EmTest, SaysSoWhenAComponentCollapses) {
   const MatrixXd unit = MatrixXd::Identity(2, 2);
   test::RandomMixture random(6);

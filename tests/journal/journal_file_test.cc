@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <iterator>
 
 namespace treeroll {
@@ -186,6 +187,73 @@ TEST_F(JournalFileTest, AFailedWriteIsAnErrorWithItsReason) {
     FAIL() << "the write was taken for done";
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), HasSubstr("/dev/full: cannot write the journal: No space left"));
+  }
+}
+
+/// What another process may do to a journal while a learner writes it, and what is said of it.
+struct Touch {
+  const char* what;
+  std::function<void(const fs::path&)> act;
+  const char* says;
+};
+
+class TouchedJournalTest : public JournalFileTest, public ::testing::WithParamInterface<Touch> {};
+
+TEST_P(TouchedJournalTest, IsNoticedAtTheNextSyncAndNothingMoreIsWritten) {
+  JournalWriter writer(path());
+  writer.continue_after({});
+  writer.append(JournalStart{}, 5);
+  writer.append(result(0), 6);
+  writer.sync();
+  GetParam().act(path());
+  const bool is_there = fs::exists(path());
+  const std::uintmax_t size = is_there ? fs::file_size(path()) : 0;
+  writer.append(result(1), 7);
+  try {
+    writer.sync();
+    FAIL() << "it is not noticed";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("journal.lcmlog: another process has "));
+    EXPECT_THAT(error.what(), HasSubstr(GetParam().says));
+  }
+  EXPECT_EQ(fs::exists(path()), is_there);
+  EXPECT_EQ(is_there ? fs::file_size(path()) : 0, size);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Ways, TouchedJournalTest,
+    ::testing::Values(
+        Touch{"cut", [](const fs::path& path) { fs::resize_file(path, 50); },
+              "cut the journal: it has 50 bytes, must have"},
+        Touch{"written", [](const fs::path& path) { std::ofstream(path, std::ios::app) << "more"; },
+              "written to the journal"},
+        Touch{"deleted", [](const fs::path& path) { fs::remove(path); }, "deleted the journal"},
+        Touch{"moved", [](const fs::path& path) { fs::rename(path, path.string() + ".old"); },
+              "moved the journal to another name"},
+        Touch{"replaced",
+              [](const fs::path& path) {
+                fs::copy_file(path, path.string() + ".copy");
+                fs::rename(path, path.string() + ".old");
+                fs::rename(path.string() + ".copy", path);
+              },
+              "put another file in the journal's place"}),
+    [](const auto& test) { return test.param.what; });
+
+TEST_F(JournalFileTest, ATailOfZerosIsToldFromOtherTails) {
+  const std::string bytes = write(3, false);
+  for (const std::size_t num_zeros : {1U, 60U, 65'535U, 65'536U, 300'000U}) {
+    replace(bytes + std::string(num_zeros, '\0'));
+    const Result<JournalTail> tail = read();
+    ASSERT_TRUE(tail);
+    EXPECT_EQ(tail->torn_bytes, num_zeros);
+    EXPECT_TRUE(tail->torn_bytes_are_zero);
+    replace(bytes + std::string(num_zeros, '\0') + "x");
+    EXPECT_FALSE(read()->torn_bytes_are_zero);
+    // Behind them a whole record: that is damage, wherever it stands to the blocks that are read.
+    replace(bytes + std::string(num_zeros, '\0') + bytes.substr(0, 89));
+    ASSERT_FALSE(read());
+    EXPECT_THAT(read().error().message, HasSubstr("a valid record follows at byte " +
+                                                  std::to_string(bytes.size() + num_zeros)));
   }
 }
 

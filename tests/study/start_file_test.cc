@@ -100,5 +100,26 @@ TEST(StartFileTest, WhatElseIsSaidOfThePolicyDoesNotCountButIsChecked) {
               HasSubstr("FILE:10: policy.modle = \"top_down_tree\": unknown key"));
 }
 
+TEST(StartFileTest, ConditionsThatWouldOnlyLookDifferentAreRefused) {
+  const StudyText small(study_test::kSmallStudy);
+  const fs::path file = small.folder() / "learnt.json";
+  write(file, learnt_policy(load_study(small.path(), {})));
+  const auto error_with = [&](const std::string& flat, const std::string& start_file) {
+    const std::string conditions =
+        "conditions=[{name = \"tree\"}, {name = \"flat\", " + flat + "}]";
+    try {
+      (void)load_study(small.path(), {conditions, "policy.start_file=" + start_file});
+    } catch (const StudyError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(error_with("policy.model = \"flat\"", file.string()),
+              testing::AllOf(HasSubstr("--set: policy.model = \"flat\": must be the same in all"),
+                             HasSubstr("(condition flat)")));
+  EXPECT_THAT(error_with("policy.components = [8]", file.string()), HasSubstr("policy.components"));
+  EXPECT_EQ(error_with("exploration.initial_noise_factor = 0.5", file.string()), "");
+}
+
 }  // namespace
 }  // namespace treeroll

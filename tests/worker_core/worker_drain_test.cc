@@ -57,6 +57,20 @@ TEST(WorkerDrainTest, WaitsForAcknowledgementsFiveSecondsAtMostAndRepeatsMeanwhi
   EXPECT_THAT(stage.effects<Exit>(), SizeIs(1));
 }
 
+TEST(WorkerDrainTest, GivesUpWhatDoesNotEndInAMinute) {
+  Stage stage;
+  stage.task_facts.time_limit = 3600s;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.step(DrainRequested{});
+  stage.pass(59s);
+  EXPECT_THAT(stage.effects<Exit>(), IsEmpty());
+  stage.pass(1s);
+  ASSERT_THAT(stage.effects<Exit>(), SizeIs(1));
+  EXPECT_EQ(stage.effects<Exit>()[0].status, 0);
+  EXPECT_THAT(stage.sent<WorkerStatus>().back().held, IsEmpty());
+}
+
 TEST(WorkerDrainTest, AnswersARepeatedRequestWhileItDrains) {
   Stage stage(2);
   stage.define();

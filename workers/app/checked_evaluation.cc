@@ -6,6 +6,7 @@
 #include <exception>
 #include <new>
 
+#include "workers/app/floating_point.h"
 #include "workers/tasks/trace.h"
 
 namespace treeroll::worker {
@@ -15,6 +16,7 @@ CheckedEvaluation evaluate_checked(Task& task, const TaskDescription& descriptio
   const auto failed = [](std::string complaint) -> CheckedEvaluation {
     return {Outcome::failed(RolloutStatus::kFailed), std::move(complaint)};
   };
+  const StandardFloatingPoint standard;
   try {
     const Outcome outcome = trace == nullptr ? task.evaluate(controller, seed)
                                              : task.evaluate_traced(controller, seed, *trace);

@@ -128,8 +128,7 @@ int run_evaluator(const TaskRegistry& registry, int socket, int parent_pid) {
   if (getppid() != parent_pid) return 1;  // it ended before the line above
   turn_off_core_dumps();
   // A terminal's Ctrl-C and a service manager's stop reach the whole group; the daemon drains.
-  std::signal(SIGINT, SIG_IGN);
-  std::signal(SIGTERM, SIG_IGN);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
 
   Evaluator evaluator(registry);
   protocol::WorkerStatus ready;

@@ -11,7 +11,13 @@ namespace treeroll::worker {
 std::string host_name() {
   utsname names{};
   CHECK(uname(&names) == 0, "uname");
-  return names.nodename;
+  return readable(names.nodename);
+}
+
+std::string readable(std::string_view name) {
+  std::string text;
+  for (const char c : name) text += c > ' ' && c <= '~' ? c : '?';
+  return text;
 }
 
 std::string numeric_class() {

@@ -1,11 +1,13 @@
 #include "workers/app/worker_daemon.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <csignal>
 #include <utility>
 #include <variant>
 
+#include "common/program/process_start.h"
 #include "workers/app/definition_facts.h"
 #include "workers/app/packet.h"
 
@@ -48,6 +50,7 @@ Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
 }
 
 WorkerDaemon::~WorkerDaemon() {
+  block_stop_signals();  // the loop gives them up, which would then end a worker that is done
   for (Slot& slot : slots_) {
     unwatch(slot);
     if (slot.process) slot.process->kill();  // all first, then each is waited for
@@ -55,7 +58,7 @@ WorkerDaemon::~WorkerDaemon() {
 }
 
 int WorkerDaemon::run() {
-  loop_.on_signals({SIGTERM, SIGINT}, [this](int) { post(DrainRequested{}); });
+  loop_.on_signals(stop_signals(), [this](int) { post(DrainRequested{}); });
   loop_.on_signals({SIGCHLD}, [this](int) { collect_ended(); });
   post(Started{});
   if (!exit_status_) loop_.run();
@@ -100,6 +103,7 @@ void WorkerDaemon::perform(const SendMessage& effect) {
     status->receive_buffer_bytes = statistics.receive_buffer_bytes;
     status->num_rejected += statistics.num_rejected;
     log_bus_trouble();
+    log_.tell_due(loop_.now());
   }
   bus_->publish(message);
 }
@@ -108,7 +112,7 @@ void WorkerDaemon::perform(const StartEvaluator& effect) {
   Slot& slot = slot_of(effect.evaluator);
   Result<EvaluatorProcess> process = EvaluatorProcess::start();
   if (!process) {
-    spdlog::error("{}", process.error().message);
+    complain("evaluators that cannot be started", process.error().message);
     post(EvaluatorDied{effect.evaluator, Death::kExited, 1});
     return;
   }
@@ -148,16 +152,7 @@ void WorkerDaemon::perform(const AskCpuTime& effect) {
   post(CpuTimeMeasured{effect.evaluator, effect.job, slot.process->cpu_time()});
 }
 
-void WorkerDaemon::perform(const LogLine& line) {
-  switch (line.level) {
-    case LogLine::Level::kInfo:
-      return spdlog::info("{}", line.text);
-    case LogLine::Level::kWarning:
-      return spdlog::warn("{}", line.text);
-    case LogLine::Level::kError:
-      return spdlog::error("{}", line.text);
-  }
-}
+void WorkerDaemon::perform(const LogLine& line) { log_line(line); }
 
 void WorkerDaemon::perform(const Exit& effect) {
   exit_status_ = effect.status;
@@ -171,7 +166,9 @@ void WorkerDaemon::give(int evaluator, const protocol::Message& message) {
   if (!slot.process) return;
   const SendOutcome outcome = send_packet(slot.process->socket(), message, false);
   if (outcome == SendOutcome::kSent) return;
-  if (outcome == SendOutcome::kFull) spdlog::error("evaluator {} does not read", evaluator);
+  if (outcome == SendOutcome::kFull) {
+    complain("evaluators that do not read", fmt::format("evaluator {} does not read", evaluator));
+  }
   slot.process->kill();
 }
 
@@ -184,7 +181,10 @@ void WorkerDaemon::read(int evaluator) {
       continue;
     }
     if (received.closed || received.malformed) {
-      if (received.malformed) spdlog::error("evaluator {} sends what is no message", evaluator);
+      if (received.malformed) {
+        complain("evaluators that send nonsense",
+                 fmt::format("evaluator {} sends what is no message", evaluator));
+      }
       unwatch(slot);
       slot.process->kill();  // whether it is ending already or only closed its socket
     }
@@ -232,6 +232,10 @@ void WorkerDaemon::collect_ended() {
     slot.process.reset();
     post(EvaluatorDied{static_cast<int>(i), cause_of(*end), end->code});
   }
+}
+
+void WorkerDaemon::complain(std::string_view kind, std::string text) {
+  log_.add(loop_.now(), LogLine::Level::kError, kind, std::move(text));
 }
 
 void WorkerDaemon::log_bus_trouble() {

@@ -61,6 +61,7 @@ TimePoint WorkerCore::next_deadline() const {
   for (const auto& [id, learner] : learners_) {
     deadline = std::min(deadline, learner.next_deadline());
   }
+  if (finish_by_) deadline = std::min(deadline, *finish_by_);
   return drain_end_ ? std::min(deadline, *drain_end_) : deadline;
 }
 
@@ -140,6 +141,7 @@ void WorkerCore::on(const Turn& turn, const DrainRequested&) {
     return exit(turn, 1);
   }
   draining_ = true;
+  finish_by_ = turn.now + settings_.drain_rollouts_max;
   definitions_.close();
   evaluators_.drain();
   for (const RolloutState state : {RolloutState::kWaiting, RolloutState::kReady}) {
@@ -150,7 +152,15 @@ void WorkerCore::on(const Turn& turn, const DrainRequested&) {
 }
 
 void WorkerCore::leave_if_drained(const Turn& turn) {
-  if (!draining_ || exited_ || !queue_.in_state(RolloutState::kRunning).empty()) return;
+  if (!draining_ || exited_) return;
+  if (const std::size_t num_running = queue_.in_state(RolloutState::kRunning).size();
+      num_running > 0) {
+    if (finish_by_ && turn.now < *finish_by_) return;
+    turn.warn(kLeaving, fmt::format("gives {} roll-outs up that did not end in {:.0f} s",
+                                    num_running, to_seconds(settings_.drain_rollouts_max)));
+    for (const RolloutName& name : queue_.in_state(RolloutState::kRunning)) drop(name);
+  }
+  finish_by_.reset();
   if (!drain_end_) drain_end_ = turn.now + settings_.drain_grace;
   const bool acknowledged = answers_.all_acknowledged();
   if (!acknowledged && turn.now < *drain_end_) return;

@@ -81,7 +81,8 @@ class WorkerCore {
   bool status_due_ = false;  ///< what learners should know before the next heartbeat has changed
   bool draining_ = false;
   bool exited_ = false;
-  std::optional<TimePoint> drain_end_;
+  std::optional<TimePoint> finish_by_;  ///< draining: no later than this for what runs
+  std::optional<TimePoint> drain_end_;  ///< and for the last acknowledgements
   std::int64_t num_evaluated_ = 0;
   std::int64_t num_failed_ = 0;
   std::int64_t num_repeated_ = 0;

@@ -84,7 +84,7 @@ struct MessageReceived {
 /// Nothing more to read for now: answers gathered in this turn are sent.
 struct InboxDrained {};
 struct TimerFired {};
-/// SIGTERM or SIGINT; the second one ends the worker at once.
+/// SIGTERM, SIGINT or SIGHUP; the second one ends the worker at once.
 struct DrainRequested {};
 
 using Event = std::variant<Started, MessageReceived, EvaluatorEvent, InboxDrained, TimerFired,

@@ -41,6 +41,8 @@ struct WorkerSettings {
   Duration definition_wait_max = protocol::kDefinitionWaitMax;
   Duration drain_grace = protocol::kDrainGrace;
 
+  /// To be finished by a worker that is asked to end; a service manager waits 90 s by default.
+  Duration drain_rollouts_max = std::chrono::seconds(60);
   Duration start_time_max = std::chrono::seconds(30);   ///< from start to ready
   Duration load_time_limit = std::chrono::seconds(10);  ///< CPU time to build a task or policy
   Duration restart_delay_min = std::chrono::milliseconds(10);
