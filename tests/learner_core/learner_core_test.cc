@@ -240,7 +240,7 @@ TEST(LearnerCoreTest, WaitsForADescriptionBeforeTheFirstRollout) {
   cluster.run(seconds(100), [&] {
     bool described = false;
     for (const protocol::Message& message : cluster.sent) {
-      described = described || std::holds_alternative<protocol::TaskDefinition>(message);
+      described = described || std::holds_alternative<protocol::DefinitionPiece>(message);
       if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
         ASSERT_TRUE(described || batch->rollouts.empty());
       }
@@ -419,13 +419,15 @@ TEST(LearnerCoreTest, AcknowledgesARepetitionThoughAnOlderBatchCameBeforeTheDisk
 
 TEST(LearnerCoreTest, PublishesADefinitionAgainForAWorkerThatLacksIt) {
   Cluster cluster(small_study(20, 1));
-  cluster.start();  // both definitions go out before any worker is there
+  cluster.start();
+  cluster.run(milliseconds(10));  // both definitions go out before any worker is there
   cluster.add_worker(1);
   cluster.run(seconds(100));
   ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
   int policies = 0;
   for (const protocol::Message& message : cluster.sent) {
-    policies += std::holds_alternative<protocol::PolicyDefinition>(message);
+    const auto* piece = std::get_if<protocol::DefinitionPiece>(&message);
+    policies += piece && piece->name.kind == protocol::DefinitionKind::kPolicy;
   }
   EXPECT_EQ(policies, 2);
 }

@@ -322,6 +322,7 @@ void SimulatedLearner::check_lost_requests(const protocol::WorkerStatus& status)
   if (held == status.held.end()) return;
   if (held->last_index > heard_[status.worker_id].last_result) return;
   for (const protocol::RolloutKey key : open_) {
+    if (key < held->first || key > held->last) continue;
     const learner::Ledger::Entry* entry = core_.ledger().find(key);
     const bool stays = entry && entry->lease && entry->lease->worker == status.worker_id &&
                        entry->lease->batch <= held->last_batch;

@@ -52,6 +52,9 @@ class LearnerLink {
   /// they count as asked.
   bool ask(TimePoint now, std::set<DefinitionName> missing);
 
+  /// Where the next batch of answers goes on naming what is held.
+  protocol::RolloutKey held_from = protocol::kFirstKey;
+
  private:
   bool in_haste(std::int64_t last_index) const;
 

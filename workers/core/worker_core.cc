@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/check.h"
+#include "common/protocol/pieces.h"
 
 namespace treeroll::worker {
 namespace {
@@ -72,12 +73,9 @@ void WorkerCore::on(const Turn& turn, const Started&) {
 void WorkerCore::on(const Turn& turn, const MessageReceived& event) {
   if (const auto* batch = std::get_if<protocol::RolloutBatch>(&event.message)) {
     receive(turn, *batch);
-  } else if (const auto* task = std::get_if<protocol::TaskDefinition>(&event.message)) {
-    definitions_.receive(turn, task->learner_id, {DefinitionKind::kTask, task->task_id},
-                         task->content, queue_);
-  } else if (const auto* policy = std::get_if<protocol::PolicyDefinition>(&event.message)) {
-    definitions_.receive(turn, policy->learner_id, {DefinitionKind::kPolicy, policy->policy_id},
-                         policy->content, queue_);
+  } else if (const auto* piece = std::get_if<protocol::DefinitionPiece>(&event.message)) {
+    const bool is_theta = piece->name.kind == DefinitionKind::kTheta;
+    is_theta ? take_theta(turn, *piece) : definitions_.receive(turn, *piece, queue_);
   } else if (const auto* status = std::get_if<protocol::LearnerStatus>(&event.message)) {
     const auto known = learners_.find(status->learner_id);
     if (known != learners_.end()) known->second.hear(turn.now);
@@ -245,6 +243,29 @@ void WorkerCore::take_request(const Turn& turn, protocol::LearnerId learner, std
   review(name);
 }
 
+/// Pieces of thetas come for every worker's roll-outs: what none here waits for is not kept.
+void WorkerCore::take_theta(const Turn& turn, const protocol::DefinitionPiece& piece) {
+  const auto names = queue_.without_theta(piece.learner_id, piece.name.id);
+  if (names.empty()) return;
+  const std::optional<std::string> content = definitions_.assemble(turn, piece, queue_);
+  if (!content) return;
+  const auto theta = protocol::theta_of_content(*content);
+  if (!theta) {
+    ++num_rejected_;
+    turn.warn("definitions refused",
+              fmt::format("a theta of learner {:x} is not 1 to {} finite numbers",
+                          piece.learner_id, protocol::kThetaDimMax));
+  }
+  for (const RolloutName& name : names) {
+    if (!theta) {
+      queue_.remove(name);
+      continue;
+    }
+    queue_.set_theta(name, *theta);
+    review(name);
+  }
+}
+
 /// What is asked no more, also of an evaluator.
 void WorkerCore::drop(const RolloutName& name) {
   queue_.remove(name);
@@ -253,10 +274,13 @@ void WorkerCore::drop(const RolloutName& name) {
 
 /// Moves a waiting roll-out on as far as its definitions allow: ready, or let go with a report.
 void WorkerCore::review(const RolloutName& name) {
-  const protocol::RolloutRequest& request = queue_.find(name)->request;
+  const HeldRollout& held = *queue_.find(name);
+  const protocol::RolloutRequest& request = held.request;
   const Definition* task = definitions_.find({DefinitionKind::kTask, request.task_id});
   const Definition* policy = definitions_.find({DefinitionKind::kPolicy, request.policy_id});
-  if (task == nullptr || policy == nullptr) learners_.at(name.learner).look_for_missing();
+  if (task == nullptr || policy == nullptr || held.lacks_theta()) {
+    learners_.at(name.learner).look_for_missing();
+  }
 
   const auto let_go = [&](const ContentHash& id, const std::string& reason) {
     definitions_.report(name.learner, id, false, reason);
@@ -270,6 +294,7 @@ void WorkerCore::review(const RolloutName& name) {
   }
   if (task == nullptr || task->state != DefinitionState::kAccepted) return;
   if (policy == nullptr || policy->state != DefinitionState::kAccepted) return;
+  if (held.lacks_theta()) return;
   const std::string reason = mismatch(task->facts, policy->facts, request.theta.size());
   if (!reason.empty()) return let_go(request.policy_id, reason);
   queue_.set_state(name, RolloutState::kReady);

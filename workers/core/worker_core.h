@@ -55,6 +55,7 @@ class WorkerCore {
   void receive(const Turn& turn, const protocol::RolloutBatch& batch);
   void take_request(const Turn& turn, protocol::LearnerId learner, std::int64_t sequence,
                     const protocol::RolloutRequest& request);
+  void take_theta(const Turn& turn, const protocol::DefinitionPiece& piece);
   void drop(const RolloutName& name);
   void review(const RolloutName& name);
   void assign_work(const Turn& turn);
@@ -68,6 +69,7 @@ class WorkerCore {
   void ask_for_definitions(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void send_status(const Turn& turn);
   std::size_t num_results_max(protocol::LearnerId id) const;
+  std::size_t num_held_max() const;
   int free_slots() const;
 
   const WorkerSettings settings_;
