@@ -72,12 +72,16 @@ void DefinitionBook::add_due(const DefinitionName& name, Definition& definition,
 std::vector<protocol::DefinitionPiece> DefinitionBook::take_due(protocol::LearnerId learner,
                                                                 TimePoint now) {
   std::vector<protocol::DefinitionPiece> pieces;
-  if (row_.empty() || now < next_burst_) return pieces;
-  while (!row_.empty() && pieces.size() < kPiecesPerBurst) {
+  if (row_.empty()) return pieces;
+  if (burst_at_ == TimePoint::min() || now >= burst_at_ + kBurstPause) {
+    burst_at_ = now;
+    room_in_burst_ = kPiecesPerBurst;
+  }
+  while (!row_.empty() && room_in_burst_ > 0) {
     const DefinitionName name = row_.front();
     Definition& definition = definitions_.at(name);
     row_.pop_front();
-    while (!definition.due.empty() && pieces.size() < kPiecesPerBurst) {
+    for (; !definition.due.empty() && room_in_burst_ > 0; --room_in_burst_) {
       const int index = *definition.due.begin();
       definition.due.erase(definition.due.begin());
       definition.sent_at[static_cast<std::size_t>(index)] = now;
@@ -85,13 +89,12 @@ std::vector<protocol::DefinitionPiece> DefinitionBook::take_due(protocol::Learne
     }
     if (!definition.due.empty()) row_.push_back(name);
   }
-  next_burst_ = now + kBurstPause;
   return pieces;
 }
 
 std::optional<TimePoint> DefinitionBook::next_burst() const {
   if (row_.empty()) return std::nullopt;
-  return next_burst_;
+  return room_in_burst_ > 0 ? burst_at_ : burst_at_ + kBurstPause;
 }
 
 }  // namespace treeroll::learner

@@ -92,6 +92,7 @@ void Workforce::note_sync() {
 }
 
 void Workforce::dispatch(const Turn& turn) {
+  send_definitions(turn);  // a policy before its roll-outs, and a theta after its own
   std::vector<Ledger::Assignment> chosen;
   if (gives_out_ && !journal_is_behind()) {
     chosen = assign(ledger_, workers_, DispatchFacts{turn.now, rollout_time_s_, &facts_});
@@ -113,6 +114,10 @@ void Workforce::dispatch(const Turn& turn) {
     }
     turn.effects.emplace_back(SendMessage{std::move(batch)});
   }
+  send_definitions(turn);
+}
+
+void Workforce::send_definitions(const Turn& turn) {
   for (protocol::DefinitionPiece& piece : definitions_.take_due(settings_.learner_id, turn.now)) {
     turn.effects.emplace_back(SendMessage{std::move(piece)});
   }

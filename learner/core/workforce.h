@@ -97,6 +97,7 @@ class Workforce {
   static protocol::DefinitionName policy_name(const ContentHash& id) {
     return {protocol::DefinitionKind::kPolicy, id};
   }
+  void send_definitions(const Turn& turn);
   void publish_undescribed_tasks(TimePoint now);
   void detach_theta(TimePoint now, protocol::RolloutRequest& request);
   Ledger::Entry close(protocol::RolloutKey key);

@@ -62,7 +62,7 @@ Cost mean_cost(const PolicyPtr& start, double loss) {
 
 TEST(PiecesTest, APolicyOfHundredsOfFramesArrivesInRoundsWhereAThirdIsLost) {
   for (const int num_last : {40, 400, 2000}) {
-    const PolicyPtr start = wide_policy(2, num_last, ThetaLayout::kMeans);
+    const PolicyPtr start = wide_policy(2, num_last);
     const Cost whole = mean_cost(start, 0);
     const Cost third = mean_cost(start, .3);
     // Each round leaves a third of the pieces, and a round is an ask_interval; a whole that is
@@ -75,7 +75,7 @@ TEST(PiecesTest, APolicyOfHundredsOfFramesArrivesInRoundsWhereAThirdIsLost) {
 /// Both of its layers' thetas are past a frame.
 TEST(PiecesTest, ThetasOfManyFramesArriveWhereAThirdIsLost) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
-    Scenario scenario = one_rollout(seed, wide_policy(100, 200, ThetaLayout::kMeans), .3);
+    Scenario scenario = one_rollout(seed, wide_policy(100, 200), .3);
     explore::ExplorationSettings& exploration = scenario.studies[0].conditions[0].exploration;
     exploration.last_layer = 2;
     exploration.num_rollouts = 12;

@@ -128,7 +128,7 @@ void draw_incidents(Dice& dice, Scenario& scenario, Duration length) {
 /// Policies of many pieces; the thetas of the last layer are larger than a frame.
 void make_large(Dice& dice, Study& study) {
   const int num_last = dice.between(84, 100);
-  const PolicyPtr start = wide_policy(num_last / 4, num_last, ThetaLayout::kMeans);
+  const PolicyPtr start = wide_policy(num_last / 4, num_last);
   for (Condition& condition : study.conditions) {
     condition.start = start;
     condition.exploration.last_layer = start->num_layers();
@@ -138,14 +138,14 @@ void make_large(Dice& dice, Study& study) {
 
 }  // namespace
 
-PolicyPtr wide_policy(int num_first, int num_last, ThetaLayout layout) {
+PolicyPtr wide_policy(int num_first, int num_last) {
   std::vector<int> parents;
   for (int i = 0; i < num_last; ++i) parents.push_back(i * num_first / num_last);
   return std::make_shared<TreePolicy>(
       TreeModel::from_global(FrameKind::kCholesky,
                              {explore::spaced_gmm(num_first), explore::spaced_gmm(num_last)},
                              {{}, parents}),
-      1, layout);
+      1, ThetaLayout::kMeans);
 }
 
 Scenario calm_scenario(std::uint64_t seed) {
