@@ -19,7 +19,7 @@ inline constexpr Duration kRepeatIntervalMin = std::chrono::milliseconds(3);
 inline constexpr Duration kRepeatIntervalMax = std::chrono::seconds(1);
 /// Between two requests for a definition that is missing; and when roll-outs without one are let
 /// go.
-inline constexpr Duration kAskInterval = std::chrono::milliseconds(50);
+inline constexpr Duration kAskInterval = std::chrono::milliseconds(25);
 inline constexpr Duration kDefinitionWaitMax = std::chrono::seconds(30);
 /// A learner that is silent for so long is forgotten.
 inline constexpr Duration kLearnerSilenceMax = std::chrono::seconds(60);
@@ -37,7 +37,7 @@ inline constexpr Duration kWorkerSilence = std::chrono::seconds(3);
 inline constexpr Duration kLeaseMin = std::chrono::milliseconds(10);
 inline constexpr Duration kHeldLeaseMin = std::chrono::seconds(1);
 /// Between two publications of one definition, however many workers ask.
-inline constexpr Duration kPublicationPause = std::chrono::milliseconds(20);
+inline constexpr Duration kPublicationPause = std::chrono::milliseconds(10);
 /// How long an accepted result may wait for stable storage, and its worker for the acknowledgement.
 inline constexpr Duration kSyncPeriod = std::chrono::milliseconds(10);
 /// A learner that ends waits so long for the local worker it has told to end.

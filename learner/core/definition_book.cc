@@ -73,7 +73,7 @@ std::vector<protocol::DefinitionPiece> DefinitionBook::take_due(protocol::Learne
                                                                 TimePoint now) {
   std::vector<protocol::DefinitionPiece> pieces;
   if (row_.empty()) return pieces;
-  if (burst_at_ == TimePoint::min() || now >= burst_at_ + kBurstPause) {
+  if (now >= burst_at_ + kBurstPause) {
     burst_at_ = now;
     room_in_burst_ = kPiecesPerBurst;
   }

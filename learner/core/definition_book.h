@@ -49,8 +49,8 @@ class DefinitionBook {
   std::map<protocol::DefinitionName, Definition> definitions_;
   /// Those with pieces that are due, each once.
   std::deque<protocol::DefinitionName> row_;
-  TimePoint burst_at_ = TimePoint::min();  ///< the last one
-  int room_in_burst_ = 1;                  ///< more of it may be sent
+  TimePoint burst_at_{};    ///< the last one
+  int room_in_burst_ = 1;  ///< more of it may be sent
 };
 
 }  // namespace treeroll::learner
