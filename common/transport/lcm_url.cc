@@ -146,8 +146,7 @@ class Reader {
     }
     if (auto error = allow(options, {"recv_buf_size", "ttl"})) return error;
     if (auto error = read_integer(options, "ttl", 0, 255, result.ttl)) return error;
-    auto error =
-        read_integer(options, "recv_buf_size", 4096, 1 << 30, result.receive_buffer_bytes);
+    auto error = read_integer(options, "recv_buf_size", 4096, 1 << 30, result.receive_buffer_bytes);
     if (error) return error;
     result.text = fmt::format("udpm://{}:{}?ttl={}", result.host, result.port, result.ttl);
     if (options.contains("recv_buf_size")) {

@@ -39,8 +39,8 @@ class DefinitionBook {
   struct Definition {
     std::string content;
     int num_users = 0;
-    std::set<int> due;                ///< pieces
-    std::vector<TimePoint> sent_at;   ///< of each piece
+    std::set<int> due;               ///< pieces
+    std::vector<TimePoint> sent_at;  ///< of each piece
   };
 
   void add_due(const protocol::DefinitionName& name, Definition& definition, int index,
@@ -49,7 +49,7 @@ class DefinitionBook {
   std::map<protocol::DefinitionName, Definition> definitions_;
   /// Those with pieces that are due, each once.
   std::deque<protocol::DefinitionName> row_;
-  TimePoint burst_at_{};    ///< the last one
+  TimePoint burst_at_{};   ///< the last one
   int room_in_burst_ = 1;  ///< more of it may be sent
 };
 

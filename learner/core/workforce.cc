@@ -220,10 +220,10 @@ void Workforce::refuse(const Turn& turn, WorkerEntry& worker, const ContentHash&
   worker.refused[definition] = {cut_text(reason, protocol::kReasonBytesMax),
                                 turn.now + kRefusalLasts};
   if (!is_new) return;
-  turn.warn("definitions refused", fmt::format("{} refuses the {}: {}", describe(worker),
-                                               definitions_.find(task_name(definition)) ? "task"
-                                                                                         : "policy",
-                                               worker.refused[definition].reason));
+  turn.warn("definitions refused",
+            fmt::format("{} refuses the {}: {}", describe(worker),
+                        definitions_.find(task_name(definition)) ? "task" : "policy",
+                        worker.refused[definition].reason));
   const std::set<protocol::RolloutKey> leases = ledger_.leases_of(worker.id);
   for (const protocol::RolloutKey key : leases) {
     const Question& question = ledger_.find(key)->question;

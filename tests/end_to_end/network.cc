@@ -135,10 +135,11 @@ std::int64_t Network::num_lost() const { return sum_of_counters("loss"); }
 
 void Network::drop_fragments() const {
   for (const int host : hosts_) {
-    must_run("nft 'table netdev fragments { chain in {"
-             "  type filter hook ingress device \"eth0\" priority 1;"
-             "  ip frag-off & 0x3fff != 0 counter drop; }; };'",
-             host);
+    must_run(
+        "nft 'table netdev fragments { chain in {"
+        "  type filter hook ingress device \"eth0\" priority 1;"
+        "  ip frag-off & 0x3fff != 0 counter drop; }; };'",
+        host);
   }
 }
 

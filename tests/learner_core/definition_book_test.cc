@@ -96,8 +96,9 @@ TEST_F(DefinitionBookTest, ALargeDefinitionDoesNotKeepOthersWaiting) {
   book_.publish(large, now_);
   book_.publish(small, now_);
   const auto pieces = take_all();
-  const auto place = std::find_if(pieces.begin(), pieces.end(),
-                                  [&](const DefinitionPiece& piece) { return piece.name == small; });
+  const auto place = std::find_if(pieces.begin(), pieces.end(), [&](const DefinitionPiece& piece) {
+    return piece.name == small;
+  });
   EXPECT_LE(place - pieces.begin(), 64);
   EXPECT_EQ(pieces.size(), std::size_t{protocol::kPiecesMax} + 1);
 }

@@ -50,7 +50,11 @@ TEST(PiecesTest, WhatDoesNotFitItsWholeIsNotSound) {
 }
 
 TEST(PiecesTest, AThetaGoesRoundToTheBit) {
-  const std::vector<double> theta = {0., -0., 1., -1e-300, std::numeric_limits<double>::denorm_min(),
+  const std::vector<double> theta = {0.,
+                                     -0.,
+                                     1.,
+                                     -1e-300,
+                                     std::numeric_limits<double>::denorm_min(),
                                      std::numeric_limits<double>::max()};
   const std::string content = content_of_theta(theta);
   EXPECT_EQ(content.substr(16, 8), std::string("\x3f\xf0\0\0\0\0\0\0", 8)) << "big-endian";

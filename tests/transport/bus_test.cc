@@ -259,7 +259,8 @@ TEST(BusTest, AProgramThatMeetsOthersRefusesAUrlThatReachesNone) {
     options.among_programs = true;
     const auto bus = open_bus(loop, std::move(options));
     ASSERT_FALSE(bus) << url;
-    EXPECT_THAT(bus.error().message, HasSubstr("LCM URL \"" + url + "\": reaches no other program"));
+    EXPECT_THAT(bus.error().message,
+                HasSubstr("LCM URL \"" + url + "\": reaches no other program"));
   }
 }
 

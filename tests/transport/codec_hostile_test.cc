@@ -181,8 +181,8 @@ TEST(CodecHostileTest, EveryCountIsHeldToItsLimit) {
   const std::vector<HostileList> lists = {
       {"rollout_batch.rollouts", Channel::kRolloutBatch,
        Writer(Channel::kRolloutBatch).i64(1).i64(1).bytes(), protocol::kRolloutsPerBatchMax},
-      {"rollout_batch.rollouts[0].theta", Channel::kRolloutBatch,
-       request.bytes(), protocol::kThetaDimMax},
+      {"rollout_batch.rollouts[0].theta", Channel::kRolloutBatch, request.bytes(),
+       protocol::kThetaDimMax},
       {"rollout_batch.rollouts[0].theta_ids", Channel::kRolloutBatch,
        Writer(request).i32(0).bytes(), 1},
       {"rollout_batch.acknowledgements", Channel::kRolloutBatch,

@@ -109,9 +109,12 @@ WorkerStatus MessageMaker::worker_status() {
   m.num_restarts = count<std::int64_t>();
   m.num_rejected = count<std::int64_t>();
   m.held = list(3, [this] {
-    return HeldRollouts{count<std::int64_t>(), up_to<std::int64_t>(kRunningNumberMax),
-                        up_to<std::int64_t>(kRunningNumberMax), list(4, [this] { return key(); }),
-                        key(), key()};
+    return HeldRollouts{count<std::int64_t>(),
+                        up_to<std::int64_t>(kRunningNumberMax),
+                        up_to<std::int64_t>(kRunningNumberMax),
+                        list(4, [this] { return key(); }),
+                        key(),
+                        key()};
   });
   return m;
 }
@@ -131,7 +134,8 @@ DefinitionRequest MessageMaker::definition_request() {
   m.worker_id = count<std::int64_t>();
   m.learner_id = count<std::int64_t>();
   m.definitions = list(3, [this] {
-    return WantedDefinition{name(), list(4, [this] { return up_to<std::int32_t>(kPiecesMax - 1); })};
+    return WantedDefinition{name(),
+                            list(4, [this] { return up_to<std::int32_t>(kPiecesMax - 1); })};
   });
   return m;
 }

@@ -13,9 +13,9 @@
 namespace treeroll::transport {
 
 inline constexpr std::array kAllChannels = {
-    Channel::kRolloutBatch,      Channel::kRewardBatch,      Channel::kWorkerStatus,
-    Channel::kDefinitionPiece,   Channel::kDefinitionRequest, Channel::kDefinitionReport,
-    Channel::kLearnerStatus,     Channel::kRunStatus,         Channel::kBestPolicy,
+    Channel::kRolloutBatch,    Channel::kRewardBatch,       Channel::kWorkerStatus,
+    Channel::kDefinitionPiece, Channel::kDefinitionRequest, Channel::kDefinitionReport,
+    Channel::kLearnerStatus,   Channel::kRunStatus,         Channel::kBestPolicy,
 };
 
 /// Random messages that every rule allows, edge values included. Equal seeds give equal messages.

@@ -1,5 +1,5 @@
-#include "common/protocol/pieces.h"
 #include "workers/core/evaluator_pool.h"
+#include "common/protocol/pieces.h"
 
 #include <gtest/gtest.h>
 

@@ -102,7 +102,8 @@ TEST_F(PieceTableTest, AnotherTotalBeginsAnewSoAWrongOneCannotKeepADefinitionOut
 TEST_F(PieceTableTest, APieceThatFitsNoWholeIsRefused) {
   DefinitionPiece piece = piece_of(content_of(3 * kPieceBytes), 1);
   piece.index = 3;
-  EXPECT_THAT(add(piece).refusal, HasSubstr("piece 3 with 1024 bytes does not fit a whole of 3072"));
+  EXPECT_THAT(add(piece).refusal,
+              HasSubstr("piece 3 with 1024 bytes does not fit a whole of 3072"));
   EXPECT_EQ(table_.size(), 0U);
 }
 

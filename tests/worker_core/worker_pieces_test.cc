@@ -199,8 +199,7 @@ TEST(WorkerPiecesTest, NamesAllThatItHoldsInFrames) {
     for (const protocol::RolloutKey key : stage.sent<protocol::RewardBatch>().back().held) {
       in_answers.insert(key);
     }
-    EXPECT_LE(protocol::kRolloutKeyBytes *
-                  stage.sent<protocol::RewardBatch>().back().held.size(),
+    EXPECT_LE(protocol::kRolloutKeyBytes * stage.sent<protocol::RewardBatch>().back().held.size(),
               700U);
   }
   EXPECT_GE(in_answers.size(), 480U) << "they go on where the last one ended";

@@ -21,8 +21,8 @@ class Evaluator {
 
   /// Builds it; the report says what came of it. Forgets it if the content is empty: no report.
   std::optional<protocol::DefinitionReport> define(const DefinitionContent& definition);
-  /// Evaluates the one roll-out of the batch; last_batch of the answer is the batch's sequence. What
-  /// a task throws, a reward that is not finite or outside the task's range: status kFailed.
+  /// Evaluates the one roll-out of the batch; last_batch of the answer is the batch's sequence.
+  /// What a task throws, a reward that is not finite or outside the task's range: status kFailed.
   protocol::RewardBatch answer(const protocol::RolloutBatch& batch);
 
  private:

@@ -57,7 +57,8 @@ std::optional<std::string> DefinitionShelf::assemble(const Turn& turn,
   if (!added.refusal.empty()) {
     ++num_rejected_;
     turn.warn("definitions refused",
-              fmt::format("{} {} of learner {:x}: {}", kWords.at(static_cast<std::size_t>(piece.name.kind)),
+              fmt::format("{} {} of learner {:x}: {}",
+                          kWords.at(static_cast<std::size_t>(piece.name.kind)),
                           to_hex(piece.name.id), piece.learner_id, added.refusal));
   }
   return std::move(added.whole);

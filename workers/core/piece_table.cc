@@ -12,8 +12,9 @@ PieceTable::PieceTable(std::size_t num_max, std::size_t bytes_max)
 PieceTable::Added PieceTable::add(const protocol::DefinitionPiece& piece,
                                   const std::function<std::set<PartialName>()>& waited_for) {
   if (!protocol::is_sound(piece)) {
-    return {{}, fmt::format("piece {} with {} bytes does not fit a whole of {} bytes", piece.index,
-                            piece.bytes.size(), piece.num_bytes)};
+    return {{},
+            fmt::format("piece {} with {} bytes does not fit a whole of {} bytes", piece.index,
+                        piece.bytes.size(), piece.num_bytes)};
   }
   const PartialName name{piece.learner_id, piece.name};
   Place place = partials_.find(name);

@@ -253,8 +253,8 @@ void WorkerCore::take_theta(const Turn& turn, const protocol::DefinitionPiece& p
   if (!theta) {
     ++num_rejected_;
     turn.warn("definitions refused",
-              fmt::format("a theta of learner {:x} is not 1 to {} finite numbers",
-                          piece.learner_id, protocol::kThetaDimMax));
+              fmt::format("a theta of learner {:x} is not 1 to {} finite numbers", piece.learner_id,
+                          protocol::kThetaDimMax));
   }
   for (const RolloutName& name : names) {
     if (!theta) {

@@ -22,15 +22,15 @@ constexpr int kRequestsPerAskMax = 4;
 class RequestWriter {
  public:
   RequestWriter(protocol::DefinitionRequest empty, std::size_t bytes_max)
-      : empty_(std::move(empty)), room_max_(bytes_max - protocol::kFrameBytesMax -
-                                            protocol::kDefinitionRequestBytes) {}
+      : empty_(std::move(empty)),
+        room_max_(bytes_max - protocol::kFrameBytesMax - protocol::kDefinitionRequestBytes) {}
 
   /// False if there is no room left for all of it.
   bool add(const DefinitionName& name, std::span<const std::int32_t> pieces) {
     do {
-      const bool fits = !requests_.empty() && room_ >= protocol::wanted_definition_bytes(1) &&
-                        requests_.back().definitions.size() <
-                            std::size_t{protocol::kDefinitionsPerRequestMax};
+      const bool fits =
+          !requests_.empty() && room_ >= protocol::wanted_definition_bytes(1) &&
+          requests_.back().definitions.size() < std::size_t{protocol::kDefinitionsPerRequestMax};
       if (!fits && !begin()) return false;
       const std::size_t num_fit =
           std::min(pieces.size(), (room_ - protocol::wanted_definition_bytes(0)) / 4);
