@@ -118,13 +118,6 @@ TEST(StudyFileErrorsTest, BadOverridesAreShownAsComingFromTheCommandLine) {
             "(condition tree)");
 }
 
-TEST(StudyFileErrorsTest, ATaskTooLargeForAMessageIsRefusedWithItsSize) {
-  const std::string words(1'100'000, 'x');
-  EXPECT_EQ(error_of(with("plant = \"rk4\"", "plant = \"" + words + "\"")),
-            "FILE:4: task: is too large to be sent: 1100058 bytes, must be at most 1048576 "
-            "(condition tree)");
-}
-
 /// `size` components at equal distances, of one input.
 Condition condition_with_components(int size, int num_variables = 2) {
   std::vector<Component> components;
@@ -150,9 +143,16 @@ std::string size_error_of(const Condition& condition) {
   return "";
 }
 
+TEST(StudyFileErrorsTest, ATaskTooLargeForAMessageIsRefusedWithItsSize) {
+  Condition condition = condition_with_components(2);
+  condition.task_content.assign(1'100'000, 'x');
+  EXPECT_EQ(size_error_of(condition),
+            "task: is too large to be sent: 1100000 bytes, must be at most 1048576");
+}
+
 TEST(StudyFileErrorsTest, APolicyTooLargeForAMessageIsRefusedWithItsSize) {
   EXPECT_EQ(size_error_of(condition_with_components(1000)), "");
-  EXPECT_THAT(size_error_of(condition_with_components(200, 17)),
+  EXPECT_THAT(size_error_of(condition_with_components(200, 20)),
               HasSubstr("policy: is too large to be sent: up to "));
   EXPECT_EQ(size_error_of(condition_with_components(1400)),
             "policy: is too large: theta of layer 1 has 4200 elements, must be at most 4096");
@@ -160,7 +160,7 @@ TEST(StudyFileErrorsTest, APolicyTooLargeForAMessageIsRefusedWithItsSize) {
 
 TEST(StudyFileErrorsTest, APolicyIsMeasuredWithEveryNumberAtItsLongest) {
   // The text of 200 round Gaussians is short enough; what they are after learning would not be.
-  const Condition condition = condition_with_components(200, 17);
+  const Condition condition = condition_with_components(200, 20);
   const Policy& policy = *condition.start;
   EXPECT_LT(to_json(policy).size(), protocol::kDefinitionBytesMax);
   EXPECT_THAT(size_error_of(condition), HasSubstr("is too large to be sent"));

@@ -42,7 +42,7 @@ TEST(WorkerPiecesTest, AsksForTheMissingPiecesUntilTheyAreThere) {
   EXPECT_THAT(stage.sent<DefinitionRequest>()[0].definitions, ElementsAre(missing));
   stage.step(piece(kLongPolicy, 2));
   stage.clear();
-  stage.pass(25ms);
+  stage.pass(5ms);
   const WantedDefinition fewer{policy_name(kLongPolicy), {1, 4}};
   ASSERT_THAT(stage.sent<DefinitionRequest>(), SizeIs(1));
   EXPECT_THAT(stage.sent<DefinitionRequest>()[0].definitions, ElementsAre(fewer));
@@ -92,7 +92,7 @@ TEST(WorkerPiecesTest, AForgedPieceCostsOneMoreRound) {
   EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
   EXPECT_EQ(stage.status().num_rejected, 1);
   stage.clear();
-  stage.pass(25ms);
+  stage.pass(50ms);
   EXPECT_THAT(stage.sent<DefinitionRequest>().at(0).definitions,
               ElementsAre(WantedDefinition{policy_name(kLongPolicy), {}}));
   for (int index = 0; index < 6; ++index) stage.step(piece(kLongPolicy, index));

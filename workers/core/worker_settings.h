@@ -39,7 +39,8 @@ struct WorkerSettings {
   Duration idle_heartbeat = protocol::kIdleHeartbeat;
   Duration repeat_interval_min = protocol::kRepeatIntervalMin;
   Duration repeat_interval_max = protocol::kRepeatIntervalMax;
-  Duration ask_interval = protocol::kAskInterval;
+  Duration ask_interval_min = protocol::kAskIntervalMin;
+  Duration ask_interval_max = protocol::kAskIntervalMax;
   Duration definition_wait_max = protocol::kDefinitionWaitMax;
   Duration drain_grace = protocol::kDrainGrace;
 
