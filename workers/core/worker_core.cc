@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "common/base/check.h"
-#include "common/protocol/pieces.h"
 
 namespace treeroll::worker {
 namespace {
@@ -241,29 +240,6 @@ void WorkerCore::take_request(const Turn& turn, protocol::LearnerId learner, std
   definitions_.touch({DefinitionKind::kTask, request.task_id});
   definitions_.touch({DefinitionKind::kPolicy, request.policy_id});
   review(name);
-}
-
-/// Pieces of thetas come for every worker's roll-outs: what none here waits for is not kept.
-void WorkerCore::take_theta(const Turn& turn, const protocol::DefinitionPiece& piece) {
-  const auto names = queue_.without_theta(piece.learner_id, piece.name.id);
-  if (names.empty()) return;
-  const std::optional<std::string> content = definitions_.assemble(turn, piece, queue_);
-  if (!content) return;
-  const auto theta = protocol::theta_of_content(*content);
-  if (!theta) {
-    ++num_rejected_;
-    turn.warn("definitions refused",
-              fmt::format("a theta of learner {:x} is not 1 to {} finite numbers", piece.learner_id,
-                          protocol::kThetaDimMax));
-  }
-  for (const RolloutName& name : names) {
-    if (!theta) {
-      queue_.remove(name);
-      continue;
-    }
-    queue_.set_theta(name, *theta);
-    review(name);
-  }
 }
 
 /// What is asked no more, also of an evaluator.

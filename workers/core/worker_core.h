@@ -55,7 +55,6 @@ class WorkerCore {
   void receive(const Turn& turn, const protocol::RolloutBatch& batch);
   void take_request(const Turn& turn, protocol::LearnerId learner, std::int64_t sequence,
                     const protocol::RolloutRequest& request);
-  void take_theta(const Turn& turn, const protocol::DefinitionPiece& piece);
   void drop(const RolloutName& name);
   void review(const RolloutName& name);
   void assign_work(const Turn& turn);
@@ -64,9 +63,12 @@ class WorkerCore {
   void leave_if_drained(const Turn& turn);
   void exit(const Turn& turn, int status);
 
+  // worker_core_definitions.cc: what is lacking.
+  void ask_for_definitions(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
+  void take_theta(const Turn& turn, const protocol::DefinitionPiece& piece);
+
   // worker_core_sending.cc: what goes out.
   void send_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
-  void ask_for_definitions(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void send_status(const Turn& turn);
   std::size_t num_results_max(protocol::LearnerId id) const;
   std::size_t num_held_max() const;

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -15,48 +14,6 @@ namespace {
 /// However much is held, a batch has room for so many results: a long queue on a network of small
 /// frames would stop them. What is held and finds no room is named by the next batch.
 constexpr std::size_t kResultsPerBatchMin = 16;
-/// Requests for definitions in one go; what finds no room in them is asked for next time.
-constexpr int kRequestsPerAskMax = 4;
-
-/// Names what is missing in as few messages as hold it.
-class RequestWriter {
- public:
-  RequestWriter(protocol::DefinitionRequest empty, std::size_t bytes_max)
-      : empty_(std::move(empty)),
-        room_max_(bytes_max - protocol::kFrameBytesMax - protocol::kDefinitionRequestBytes) {}
-
-  /// False if there is no room left for all of it.
-  bool add(const DefinitionName& name, std::span<const std::int32_t> pieces) {
-    do {
-      const bool fits =
-          !requests_.empty() && room_ >= protocol::wanted_definition_bytes(1) &&
-          requests_.back().definitions.size() < std::size_t{protocol::kDefinitionsPerRequestMax};
-      if (!fits && !begin()) return false;
-      const std::size_t num_fit =
-          std::min(pieces.size(), (room_ - protocol::wanted_definition_bytes(0)) / 4);
-      const auto some = pieces.first(num_fit);
-      requests_.back().definitions.push_back({name, {some.begin(), some.end()}});
-      room_ -= protocol::wanted_definition_bytes(num_fit);
-      pieces = pieces.subspan(num_fit);
-    } while (!pieces.empty());
-    return true;
-  }
-
-  std::vector<protocol::DefinitionRequest>& requests() { return requests_; }
-
- private:
-  bool begin() {
-    if (requests_.size() == kRequestsPerAskMax) return false;
-    requests_.push_back(empty_);
-    room_ = room_max_;
-    return true;
-  }
-
-  protocol::DefinitionRequest empty_;
-  std::size_t room_max_;
-  std::size_t room_ = 0;
-  std::vector<protocol::DefinitionRequest> requests_;
-};
 
 }  // namespace
 
@@ -93,45 +50,6 @@ void WorkerCore::send_answers(const Turn& turn, protocol::LearnerId id, LearnerL
   const auto num_results = static_cast<std::int64_t>(batch.results.size());
   learner.on_sent(turn.now, batch.first_index + num_results - 1);
   turn.effects.emplace_back(SendMessage{std::move(batch)});
-}
-
-/// Asks for what waiting roll-outs lack, unless all of it was asked for just now, and lets go of
-/// those that have waited too long.
-void WorkerCore::ask_for_definitions(const Turn& turn, protocol::LearnerId id,
-                                     LearnerLink& learner) {
-  std::set<DefinitionName> missing;
-  for (const RolloutName& name : queue_.of_learner(id)) {
-    const HeldRollout& held = *queue_.find(name);
-    if (held.state != RolloutState::kWaiting) continue;
-    const DefinitionName task{DefinitionKind::kTask, held.request.task_id};
-    const DefinitionName policy{DefinitionKind::kPolicy, held.request.policy_id};
-    const bool lacks_task = definitions_.find(task) == nullptr;
-    const bool lacks_policy = definitions_.find(policy) == nullptr;
-    if (!lacks_task && !lacks_policy && !held.lacks_theta()) continue;
-    if (turn.now >= held.since + settings_.definition_wait_max) {
-      turn.warn("roll-outs let go",
-                fmt::format("lets roll-out {} of run {} go: its {} did not come in {:.0f} s",
-                            name.key.number, name.key.run,
-                            lacks_task     ? "task"
-                            : lacks_policy ? "policy"
-                                           : "theta",
-                            to_seconds(settings_.definition_wait_max)));
-      queue_.remove(name);
-      continue;
-    }
-    if (lacks_task) missing.insert(task);
-    if (lacks_policy) missing.insert(policy);
-    if (held.lacks_theta()) missing.insert({DefinitionKind::kTheta, *held.request.theta_id});
-  }
-  if (!learner.ask(turn.now, missing)) return;
-  RequestWriter writer({.worker_id = settings_.worker_id, .learner_id = id, .definitions = {}},
-                       settings_.batch_bytes_max);
-  for (const DefinitionName& name : missing) {
-    if (!writer.add(name, definitions_.missing_pieces(id, name))) break;
-  }
-  for (protocol::DefinitionRequest& request : writer.requests()) {
-    turn.effects.emplace_back(SendMessage{std::move(request)});
-  }
 }
 
 /// All that is held, in as few messages as hold it.

@@ -140,7 +140,7 @@ plant("a definition request ignored" learner/core/workforce.cc
   [[    definitions_.publish_wanted(wanted, turn.now);]]
   [[    if (!PLANTED) definitions_.publish_wanted(wanted, turn.now);]])
 
-plant("a missing piece is not asked for" workers/core/worker_core_sending.cc
+plant("a missing piece is not asked for" workers/core/worker_core_definitions.cc
   [[    if (!writer.add(name,]]
   [[    if (PLANTED && !definitions_.missing_pieces(id, name).empty()) continue;
     if (!writer.add(name,]])
