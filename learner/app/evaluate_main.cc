@@ -8,7 +8,7 @@
 namespace treeroll {
 namespace {
 
-void describe(CommandLine& line, EvaluateOptions& options) {
+void describe_evaluate(CommandLine& line, EvaluateOptions& options) {
   line.add("POLICY", options.policy_file, "Policy file (JSON), policies/*.json of a study")
       .required();
   line.add("STUDY", options.study_file, "Study file (TOML) that names the task").required();
@@ -33,7 +33,7 @@ int evaluate_main(int argc, char** argv) {
       argc, argv,
       {.name = "treeroll-evaluate",
        .purpose = "Says what a policy is worth on the task of a study, and what it does.",
-       .options = [&](CommandLine& line) { describe(line, options); },
+       .options = [&](CommandLine& line) { describe_evaluate(line, options); },
        .work =
            [&] {
              evaluate_policy(options);

@@ -9,7 +9,7 @@
 namespace treeroll {
 namespace {
 
-void describe(CommandLine& line, LearnerOptions& options) {
+void describe_learner(CommandLine& line, LearnerOptions& options) {
   const Option study = line.add("STUDY", options.study_file, "Study file (TOML)");
   const Option state_dir =
       line.add("--state-dir", options.state_dir,
@@ -50,7 +50,7 @@ int learner_main(int argc, char** argv) {
                   {.name = "treeroll-learner",
                    .purpose = "Learns the runs of a study with every worker on the LCM bus.",
                    .log_name = "learner",
-                   .options = [&](CommandLine& line) { describe(line, options); },
+                   .options = [&](CommandLine& line) { describe_learner(line, options); },
                    .work = [&] { return learn(options); }});
 }
 

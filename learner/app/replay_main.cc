@@ -6,7 +6,7 @@ namespace {
 
 constexpr int kExitDiffers = 1;
 
-void describe(CommandLine& line, ReplayOptions& options) {
+void describe_replay(CommandLine& line, ReplayOptions& options) {
   line.add("PATH", options.path, "State directory, or a journal beside its study.toml").required();
   const Option verify =
       line.add("--verify", options.verify,
@@ -26,7 +26,7 @@ int replay_main(int argc, char** argv) {
       {.name = "treeroll-replay",
        .purpose =
            "Reads a learner's journal: what is in it, and whether every step follows from it.",
-       .options = [&](CommandLine& line) { describe(line, options); },
+       .options = [&](CommandLine& line) { describe_replay(line, options); },
        .work = [&] { return replay(options) ? kExitDone : kExitDiffers; }});
 }
 

@@ -19,7 +19,7 @@
 namespace treeroll {
 namespace {
 
-constexpr std::size_t kLayersMax = 8;
+constexpr std::size_t kFitLayersMax = 8;
 constexpr double kComponentsMax = 64;
 /// Densities evaluated by one fit: half a minute of a processor.
 constexpr double kWorkMax = 1e9;
@@ -56,7 +56,7 @@ FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration) 
 /// Number of components a layer, coarse to fine.
 std::vector<int> read_components(SettingsReader& policy, bool is_flat, Eigen::Index num_samples) {
   const std::vector<double> numbers = policy.numbers(
-      "components", {.min = 1, .max = kComponentsMax}, 1, kLayersMax, std::vector<double>{2, 4});
+      "components", {.min = 1, .max = kComponentsMax}, 1, kFitLayersMax, std::vector<double>{2, 4});
   std::vector<int> components;
   for (const double number : numbers) {
     if (number != std::floor(number)) policy.refuse("components", "must hold integers");

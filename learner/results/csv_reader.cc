@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kShownMax = 60;
 
 /// A field as an error shows it: short, and nothing a terminal would obey.
-std::string shown(std::string_view text) {
+std::string quoted(std::string_view text) {
   std::string short_text(text.substr(0, kShownMax));
   for (char& c : short_text) {
     if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = '?';
@@ -139,7 +139,7 @@ double CsvReader::reward(int column) const {
 void CsvReader::refuse(int column, const std::string& rule) const {
   throw std::runtime_error(fmt::format("{}:{}: {} = {}: {}", name_, line_,
                                        columns_[static_cast<std::size_t>(column)],
-                                       shown(text(column)), rule));
+                                       quoted(text(column)), rule));
 }
 
 void CsvReader::refuse_line(const std::string& rule) const {

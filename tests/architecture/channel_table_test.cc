@@ -12,11 +12,6 @@
 namespace treeroll::architecture {
 namespace {
 
-const SourceFile& file_of(const std::vector<SourceFile>& tree, const std::string& path) {
-  return *std::find_if(tree.begin(), tree.end(),
-                       [&](const SourceFile& file) { return file.path == path; });
-}
-
 /// Channel -> type, as wire_fields.h has them: a message's type stands before its channel.
 std::map<std::string, std::string> in_code(const SourceFile& header) {
   const std::regex type(R"(using Wire = (\w+);)");

@@ -18,13 +18,13 @@
 namespace treeroll::end_to_end {
 namespace {
 
-struct Said {
+struct Printed {
   int status = -1;
   std::string output;  ///< both streams
 };
 
 /// Runs a script of the shell, in another network namespace if one is given.
-Said run(const std::string& script, int network = -1) {
+Printed run(const std::string& script, int network = -1) {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
   const pid_t child = fork();
@@ -38,7 +38,7 @@ Said run(const std::string& script, int network = -1) {
     _exit(127);
   }
   close(ends[1]);
-  Said said;
+  Printed said;
   std::array<char, 4096> buffer{};
   for (ssize_t size = 0; (size = read(ends[0], buffer.data(), buffer.size())) > 0;) {
     said.output.append(buffer.data(), static_cast<std::size_t>(size));
@@ -49,7 +49,7 @@ Said run(const std::string& script, int network = -1) {
 }
 
 std::string must_run(const std::string& script, int network) {
-  Said said = run(script, network);
+  Printed said = run(script, network);
   if (said.status != 0) throw std::runtime_error(fmt::format("{}\n{}", script, said.output));
   return std::move(said.output);
 }
@@ -77,7 +77,7 @@ std::optional<std::string> probe() {
   if (!leave_machine()) {
     return fmt::format("namespaces are not allowed here: {}", std::strerror(errno));
   }
-  const Said said =
+  const Printed said =
       run("ip link add name probe type bridge; ip link delete probe; nft list ruleset");
   if (said.status == 0) return std::nullopt;
   return "neither bridges nor packet filters (iproute2, nftables) here: " + said.output;

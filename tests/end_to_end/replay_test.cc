@@ -22,25 +22,10 @@ using ::testing::StartsWith;
 
 /// Two conditions, two repetitions each, in one order or the other.
 std::string study_text(const std::string& order) {
-  return "[study]\nname = \"small\"\nseed = 5\nrepetitions = 2\nrollouts = 60\nin_flight = 2\n"
-         "order = \"" +
-         order + R"("
-[task]
-name = "synthetic"
-mode = "sleep"
-duration_us = 500
-[policy]
-components = [2, 4]
-[exploration]
-noise_variance = [0.01, 0.1, 0.01]
-convergence_window = 10
-[[conditions]]
-name = "tree"
-policy.model = "tree"
-[[conditions]]
-name = "flat"
-policy.model = "flat"
-)";
+  return text_of(SyntheticStudy{
+      "name = \"small\"\nseed = 5\nrepetitions = 2\nrollouts = 60\nin_flight = 2\norder = \"" +
+          order + "\"",
+      "mode = \"sleep\"\nduration_us = 500"});
 }
 
 struct Said {

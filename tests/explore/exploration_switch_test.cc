@@ -13,7 +13,7 @@ namespace treeroll::explore {
 namespace {
 
 /// Asks for all that may be drawn; returns the layer of each by number.
-void ask_all(Exploration& run, std::vector<int>& layers) {
+void layers_asked(Exploration& run, std::vector<int>& layers) {
   while (const std::optional<Draw> draw = run.ask()) layers.push_back(draw->layer);
 }
 
@@ -42,13 +42,13 @@ TEST(ExplorationSwitchTest, LeavesAFallingLayerAtTheRightCountAndNotBefore) {
     for (int i = 0; i < of.expected_results; ++i) {
       EXPECT_EQ(run.layer(), 1) << i;
       EXPECT_TRUE(run.switches().empty());
-      ask_all(run, layers);
+      layers_asked(run, layers);
       run.tell(i, falling(i), RolloutStatus::kOk);
     }
     EXPECT_EQ(run.layer(), 2);
     EXPECT_EQ(run.switches(), std::vector<int>{of.expected_results - 1});
     // Draws already out stay in their layer, the next is of the new one.
-    ask_all(run, layers);
+    layers_asked(run, layers);
     EXPECT_EQ(layers.back(), 2);
     EXPECT_EQ(std::count(layers.begin(), layers.end(), 1), of.expected_results + of.in_flight - 1);
   }
@@ -63,7 +63,7 @@ TEST(ExplorationSwitchTest, WaitsUntilTheSlopeOfTheWindowIsBelowTheThreshold) {
     std::vector<double> rewards;
     for (int i = 0; run.switches().empty(); ++i) {
       ASSERT_LT(i, 100);
-      ask_all(run, layers);
+      layers_asked(run, layers);
       rewards.push_back(i < 25 ? .01 * i : .25 - .005 * (i - 25));
       run.tell(i, rewards.back(), RolloutStatus::kOk);
       if (rewards.size() < 10) continue;
@@ -88,7 +88,7 @@ TEST(ExplorationSwitchTest, WithAGainInPlaceOfTheSlopeLeavesWhenTheBestHasAllBut
     std::vector<int> layers;
     GainWindow expected(15);
     for (int i = 0; run.switches().empty(); ++i) {
-      ask_all(run, layers);
+      layers_asked(run, layers);
       run.tell(i, reward(i), RolloutStatus::kOk);
       expected.add(reward(i));
       if (!gain) continue;
@@ -114,11 +114,11 @@ TEST(ExplorationSwitchTest, StaysWithEqualRewardsAndInTheLastLayer) {
   Exploration last = run_over_means(last_only, two_layer_tree());
   std::vector<int> layers;
   for (int i = 0; i < 200; ++i) {
-    ask_all(equal, layers);
+    layers_asked(equal, layers);
     equal.tell(i, .1, RolloutStatus::kOk);
-    ask_all(equal_by_gain, layers);
+    layers_asked(equal_by_gain, layers);
     equal_by_gain.tell(i, .1, RolloutStatus::kOk);
-    ask_all(last, layers);
+    layers_asked(last, layers);
     last.tell(i, falling(i), RolloutStatus::kOk);
   }
   EXPECT_TRUE(equal.switches().empty());
@@ -136,9 +136,9 @@ TEST(ExplorationSwitchTest, TheNextLayerStartsFromTheFinalMeanWithFreshNoise) {
   settings.last_layer = 1;
   Exploration in_layer_1 = run_over_means(settings, two_layer_tree());
   for (int i = 0; i < 10; ++i) {
-    ask_all(run, layers);
+    layers_asked(run, layers);
     run.tell(i, falling(i), RolloutStatus::kOk);
-    ask_all(in_layer_1, layers);
+    layers_asked(in_layer_1, layers);
     in_layer_1.tell(i, falling(i), RolloutStatus::kOk);
   }
   ASSERT_EQ(run.layer(), 2);
@@ -181,11 +181,11 @@ TEST(ExplorationSwitchTest, ALateResultOfALeftLayerIsRecordedAndNeverLearntFrom)
   Exploration run = run_over_means(two_layers(4, 4, 3), two_layer_tree());
   std::vector<int> layers;
   for (int i = 0; i < 6; ++i) {
-    ask_all(run, layers);
+    layers_asked(run, layers);
     run.tell(i, falling(i), RolloutStatus::kOk);
   }
   ASSERT_EQ(run.layer(), 2);
-  ask_all(run, layers);
+  layers_asked(run, layers);
   ASSERT_EQ(layers, (std::vector<int>{1, 1, 1, 1, 1, 1, 1, 1, 2}));
   const Eigen::VectorXd mean = run.mean();
   const Eigen::MatrixXd noise = run.noise();
@@ -199,7 +199,7 @@ TEST(ExplorationSwitchTest, ALateResultOfALeftLayerIsRecordedAndNeverLearntFrom)
   EXPECT_EQ(run.best().theta.size(), 4);
   EXPECT_FALSE(run.reward_slope());
   for (int i = 8; i < 11; ++i) {
-    ask_all(run, layers);
+    layers_asked(run, layers);
     EXPECT_EQ(run.mean(), mean);
     EXPECT_EQ(run.noise(), noise);
     run.tell(i, .2, RolloutStatus::kOk);
@@ -219,7 +219,7 @@ TEST(ExplorationLearnTest, LearnsFirstAtSInitResultsThenAtEachOne) {
   const Eigen::VectorXd start = run.mean();
   Eigen::MatrixXd before = run.noise();
   for (int i = 0; i < 12; ++i) {
-    ask_all(run, layers);
+    layers_asked(run, layers);
     run.tell(i, .1 + .01 * i, RolloutStatus::kOk);
     EXPECT_EQ(run.mean() != start, i >= 3) << i;
     EXPECT_EQ(run.noise() != before, i >= 3) << i;
@@ -235,9 +235,9 @@ TEST(ExplorationLearnTest, AFailedRolloutCountsWithRewardZeroWhateverItSays) {
   std::vector<int> layers;
   for (int i = 0; i < 8; ++i) {
     const bool fails = i % 2 == 1;
-    ask_all(failing, layers);
+    layers_asked(failing, layers);
     failing.tell(i, fails ? NAN : .3, fails ? RolloutStatus::kDiverged : RolloutStatus::kOk);
-    ask_all(zero, layers);
+    layers_asked(zero, layers);
     zero.tell(i, fails ? 0 : .3, RolloutStatus::kOk);
   }
   EXPECT_EQ(failing.num_told(), 8);
@@ -253,7 +253,7 @@ TEST(ExplorationLearnTest, RewardsOfZeroChangeNothing) {
   const Eigen::MatrixXd noise = run.noise();
   std::vector<int> layers;
   for (int i = 0; i < 50; ++i) {
-    ask_all(run, layers);
+    layers_asked(run, layers);
     run.tell(i, i % 2, i % 2 == 0 ? RolloutStatus::kOk : RolloutStatus::kTimedOut);
     EXPECT_EQ(run.mean(), mean);
     EXPECT_EQ(run.noise(), noise);
@@ -299,7 +299,7 @@ TEST(ExplorationLearnTest, TheDecayGoesOnAcrossASwitch) {
   Exploration run = run_over_means(settings, two_layer_tree());
   std::vector<int> layers;
   for (int i = 0; i < 4; ++i) {
-    ask_all(run, layers);
+    layers_asked(run, layers);
     run.tell(i, falling(i), RolloutStatus::kOk);
   }
   ASSERT_EQ(layers, (std::vector<int>{1, 1, 2, 2}));

@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string error_of(const std::string& text, const std::vector<std::string>& columns) {
+std::string refusal_of_csv(const std::string& text, const std::vector<std::string>& columns) {
   try {
     parse_demonstration(text, "demo.csv", columns);
   } catch (const DemonstrationError& error) {
@@ -40,22 +40,23 @@ TEST(CsvDemonstrationTest, TakesTheNamedColumnsInTheOrderAsked) {
 
 TEST(CsvDemonstrationTest, SaysFileLineAndColumnOfWhatIsWrong) {
   const std::vector<std::string> t = {"t"};
-  EXPECT_EQ(error_of("", t), "demo.csv: is empty: must begin with a line of column names");
-  EXPECT_EQ(error_of("x,y\n1,2\n", t),
+  EXPECT_EQ(refusal_of_csv("", t), "demo.csv: is empty: must begin with a line of column names");
+  EXPECT_EQ(refusal_of_csv("x,y\n1,2\n", t),
             "demo.csv:1: has no column \"t\"; its columns are \"x\", \"y\"");
-  EXPECT_EQ(error_of("t,t\n1,2\n", t), "demo.csv:1: has the column \"t\" twice");
-  EXPECT_EQ(error_of("t,x\n1,2\n3\n", t),
+  EXPECT_EQ(refusal_of_csv("t,t\n1,2\n", t), "demo.csv:1: has the column \"t\" twice");
+  EXPECT_EQ(refusal_of_csv("t,x\n1,2\n3\n", t),
             "demo.csv:3: has 1 columns, must have the 2 of the first line");
-  EXPECT_THAT(error_of("t,x\n1,2\n\n3,4\n", t), HasSubstr("demo.csv:3: has 1 columns"));
+  EXPECT_THAT(refusal_of_csv("t,x\n1,2\n\n3,4\n", t), HasSubstr("demo.csv:3: has 1 columns"));
   for (const char* bad :
        {"", "abc", "1e999", "inf", "nan", "-nan", "1 2", "0x10", "1e21", "1.5s"}) {
-    EXPECT_THAT(error_of(std::string("x,t\n0,1\n0,") + bad + "\n", t),
+    EXPECT_THAT(refusal_of_csv(std::string("x,t\n0,1\n0,") + bad + "\n", t),
                 HasSubstr("demo.csv:3: column \"t\" is \"" + std::string(bad) + "\": must be"));
   }
   const std::string binary("t\n\x01\xff\x00\n", 6);
-  EXPECT_THAT(error_of(binary, t), HasSubstr("demo.csv:2: column \"t\" is \"???\""));
-  EXPECT_THAT(error_of(std::string(5000, ','), t), HasSubstr("at most 1000 columns"));
-  EXPECT_THAT(error_of("t\n" + std::string(100000, '9') + "\n", t), HasSubstr("...\": must be"));
+  EXPECT_THAT(refusal_of_csv(binary, t), HasSubstr("demo.csv:2: column \"t\" is \"???\""));
+  EXPECT_THAT(refusal_of_csv(std::string(5000, ','), t), HasSubstr("at most 1000 columns"));
+  EXPECT_THAT(refusal_of_csv("t\n" + std::string(100000, '9') + "\n", t),
+              HasSubstr("...\": must be"));
 }
 
 TEST(CsvDemonstrationTest, SetsFilesBesideEachOther) {

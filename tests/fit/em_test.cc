@@ -129,7 +129,7 @@ TEST(EmTest, SpacesItsStartEquallyOverTheFirstInput) {
   EXPECT_THROW(equally_spaced(MatrixXd::Ones(2, 5), 1, 2, 1), FitError);
 }
 
-std::string error_of(const Gmm& start, const MatrixXd& data) {
+std::string refusal_of_fit(const Gmm& start, const MatrixXd& data) {
   try {
     fit_em(start, data, settings(50));
   } catch (const FitError& error) {
@@ -142,11 +142,12 @@ TEST(EmTest, SaysSoWhenAComponentCollapses) {
   const MatrixXd unit = MatrixXd::Identity(2, 2);
   test::RandomMixture random(6);
   const MatrixXd cloud = MatrixXd::NullaryExpr(2, 50, [&] { return random.normal(); });
-  EXPECT_THAT(error_of(Gmm(1, {{.5, Vector2d(0, 0), unit}, {.5, Vector2d(1e6, 0), unit}}), cloud),
-              HasSubstr("component 1 of 2 is left without data in iteration 1"));
+  EXPECT_THAT(
+      refusal_of_fit(Gmm(1, {{.5, Vector2d(0, 0), unit}, {.5, Vector2d(1e6, 0), unit}}), cloud),
+      HasSubstr("component 1 of 2 is left without data in iteration 1"));
   // All data on a line, and nothing added to the covariance.
   const MatrixXd line = VectorXd::LinSpaced(50, 0, 1).transpose().replicate(2, 1);
-  EXPECT_THAT(error_of(Gmm(1, {{1, Vector2d(0, 0), unit}}), line),
+  EXPECT_THAT(refusal_of_fit(Gmm(1, {{1, Vector2d(0, 0), unit}}), line),
               HasSubstr("component 0: the covariance must be positive definite"));
 }
 

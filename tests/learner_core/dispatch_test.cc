@@ -7,13 +7,12 @@
 #include "common/protocol/limits.h"
 #include "common/protocol/wire_sizes.h"
 #include "learner/core/batching.h"
+#include "tests/learner_core/moment.h"
 
 namespace treeroll::learner {
 namespace {
 
 using std::chrono::milliseconds;
-
-TimePoint at(int ms) { return TimePoint(milliseconds(ms)); }
 
 WorkerEntry& add_worker(WorkerTable& workers, protocol::WorkerId id, int evaluators) {
   WorkerEntry& worker = *workers.hear(id, at(0));

@@ -47,10 +47,10 @@ TEST(LearnerLimitsTest, AWorkerTooManyIsRefusedSaidOnceAndServedWhenOneHasLeft) 
 }
 
 /// What malloc has given out in this process.
-std::size_t heap_bytes() { return mallinfo2().uordblks + mallinfo2().hblkhd; }
+std::size_t bytes_in_use() { return mallinfo2().uordblks + mallinfo2().hblkhd; }
 
 TEST(LearnerLimitsTest, SendersThatMakeUpWorkersClassesAndReasonsDoNotMakeItGrow) {
-  if (heap_bytes() == 0) GTEST_SKIP() << "this allocator does not count: a sanitizer's";
+  if (bytes_in_use() == 0) GTEST_SKIP() << "this allocator does not count: a sanitizer's";
   Cluster cluster(small_study(20, 1));
   const FakeWorker& sound = cluster.add_worker(1);
   cluster.start();
@@ -79,9 +79,9 @@ TEST(LearnerLimitsTest, SendersThatMakeUpWorkersClassesAndReasonsDoNotMakeItGrow
     if (i % 50 == 0) cluster.run(milliseconds(50));
     cluster.sent.clear();
     cluster.log.clear();
-    if (i == num_senders * 2 / 3) warm_bytes = heap_bytes();
+    if (i == num_senders * 2 / 3) warm_bytes = bytes_in_use();
   }
-  EXPECT_LE(heap_bytes(), warm_bytes + (1U << 20U));
+  EXPECT_LE(bytes_in_use(), warm_bytes + (1U << 20U));
   EXPECT_EQ(cluster.core->counters().applied, static_cast<std::int64_t>(sound.num_evaluated));
 }
 

@@ -1,4 +1,5 @@
 #include "learner/core/ledger.h"
+#include "tests/learner_core/moment.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +16,7 @@ Question question(double theta, RolloutKey key) {
   return question;
 }
 
-Ledger with_draws(int count) {
+Ledger ledger_of(int count) {
   Ledger ledger;
   for (int number = 0; number < count; ++number) {
     ledger.draw({0, number}, question(number, {0, number}));
@@ -23,10 +24,8 @@ Ledger with_draws(int count) {
   return ledger;
 }
 
-TimePoint at(int ms) { return TimePoint(milliseconds(ms)); }
-
 TEST(LedgerTest, LeasesReadyRolloutsOnceInOrder) {
-  Ledger ledger = with_draws(3);
+  Ledger ledger = ledger_of(3);
   const auto requests = ledger.lease(at(0), {{0, 7, at(50)}, {2, 8, at(60)}});
   ASSERT_EQ(requests.size(), 2U);
   EXPECT_EQ(requests[0].key, (RolloutKey{0, 0}));
@@ -40,7 +39,7 @@ TEST(LedgerTest, LeasesReadyRolloutsOnceInOrder) {
 }
 
 TEST(LedgerTest, AnExpiredLeaseComesFirstAndIsCountedWhenIssuedAgain) {
-  Ledger ledger = with_draws(2);
+  Ledger ledger = ledger_of(2);
   ledger.lease(at(0), {{0, 7, at(50)}});
   EXPECT_TRUE(ledger.expire(at(49)).empty());
   const auto expired = ledger.expire(at(50));
@@ -54,7 +53,7 @@ TEST(LedgerTest, AnExpiredLeaseComesFirstAndIsCountedWhenIssuedAgain) {
 }
 
 TEST(LedgerTest, OnlyTheHolderOfALeaseExtendsIt) {
-  Ledger ledger = with_draws(1);
+  Ledger ledger = ledger_of(1);
   ledger.lease(at(0), {{0, 7, at(50)}});
   ledger.extend({0, 0}, 8, at(500));
   EXPECT_EQ(ledger.next_deadline(), at(50));
@@ -64,7 +63,7 @@ TEST(LedgerTest, OnlyTheHolderOfALeaseExtendsIt) {
 }
 
 TEST(LedgerTest, ALateAnswerClosesARolloutThatWaitsToBeIssuedAgain) {
-  Ledger ledger = with_draws(2);
+  Ledger ledger = ledger_of(2);
   ledger.lease(at(0), {{0, 7, at(50)}});
   ledger.expire(at(50));
   const Ledger::Entry entry = ledger.close({0, 0});
@@ -76,7 +75,7 @@ TEST(LedgerTest, ALateAnswerClosesARolloutThatWaitsToBeIssuedAgain) {
 }
 
 TEST(LedgerTest, AWorkerThatHasLostARolloutIsNotAskedForItsSakeAgain) {
-  Ledger ledger = with_draws(1);
+  Ledger ledger = ledger_of(1);
   ledger.lease(at(0), {{0, 7, at(50)}});
   ledger.take_back(RolloutKey{0, 0});
   EXPECT_EQ(ledger.find({0, 0})->last_worker, 7) << "it may have it yet";

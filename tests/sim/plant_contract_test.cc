@@ -19,8 +19,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-bool go_on(double, const CartPendulumState&, double) { return true; }
-
 CartAcceleration constant(double acceleration) {
   return [acceleration](double, const CartPendulumState&) { return acceleration; };
 }

@@ -13,10 +13,10 @@ using std::chrono::hours;
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-constexpr std::uint64_t kNumSeeds = 1000;
+constexpr std::uint64_t kNumCalmSeeds = 1000;
 
 TEST(CalmTest, IssuesNothingAgainWhereNothingIsLost) {
-  for (const std::uint64_t seed : seeds(kNumSeeds)) {
+  for (const std::uint64_t seed : seeds(kNumCalmSeeds)) {
     const Scenario scenario = calm_scenario(seed);
     Simulation simulation(scenario);
     simulation.run();

@@ -35,15 +35,15 @@ Scenario one_rollout(std::uint64_t seed, const PolicyPtr& start, double loss) {
   return scenario;
 }
 
-struct Cost {
+struct Arrival {
   double time_s = 0;  ///< from the worker's start to the end
   double bytes = 0;   ///< of all messages
 };
 
-Cost mean_cost(const PolicyPtr& start, double loss) {
+Arrival mean_arrival(const PolicyPtr& start, double loss) {
   constexpr int kNumSeeds = 15;
-  Cost mean;
-  Cost worst;
+  Arrival mean;
+  Arrival worst;
   for (std::uint64_t seed = 1; seed <= kNumSeeds; ++seed) {
     const Scenario scenario = one_rollout(seed, start, loss);
     Simulation simulation(scenario);
@@ -63,8 +63,8 @@ Cost mean_cost(const PolicyPtr& start, double loss) {
 TEST(PiecesTest, APolicyOfHundredsOfFramesArrivesInRoundsWhereAThirdIsLost) {
   for (const int num_last : {84, 840, 4096}) {
     const PolicyPtr start = wide_policy(2, num_last);
-    const Cost whole = mean_cost(start, 0);
-    const Cost third = mean_cost(start, .3);
+    const Arrival whole = mean_arrival(start, 0);
+    const Arrival third = mean_arrival(start, .3);
     // Each round leaves a third of the pieces, and a round is at most an ask_interval_max; a whole
     // that is sent again would not arrive once in 10^30 times.
     EXPECT_LE(third.time_s, whole.time_s + 2);

@@ -21,7 +21,8 @@ using study_test::with;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-std::string error_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
+std::string refusal_of_study(const std::string& text,
+                             const std::vector<std::string>& overrides = {}) {
   const StudyText file(text);
   return study_test::error_of(file, [&](const auto& path) { load_study(path, overrides); });
 }
@@ -89,31 +90,31 @@ const BadStudy kBadStudies[] = {
 
 TEST(StudyFileErrorsTest, EachBadStudyIsRefusedWithLineKeyValueAndRule) {
   for (const BadStudy& bad : kBadStudies) {
-    EXPECT_EQ(error_of(bad.text), bad.error) << bad.text;
+    EXPECT_EQ(refusal_of_study(bad.text), bad.error) << bad.text;
   }
 }
 
 TEST(StudyFileErrorsTest, SettingsOfThePolicyAndTheExplorationAreRefusedWithTheirLine) {
-  EXPECT_THAT(error_of(with("model = \"top_down_tree\"", "modle = \"flat\"")),
+  EXPECT_THAT(refusal_of_study(with("model = \"top_down_tree\"", "modle = \"flat\"")),
               StartsWith("FILE:9: policy.modle = \"flat\": unknown key; known here: "));
-  EXPECT_THAT(error_of(with("model = \"top_down_tree\"", "model = \"round\"")),
+  EXPECT_THAT(refusal_of_study(with("model = \"top_down_tree\"", "model = \"round\"")),
               StartsWith("FILE:9: policy.model = \"round\": must be one of: "));
-  EXPECT_THAT(error_of(with("[0.01, 0.3, 0.02]", "[0.01, -0.3, 0.02]")),
+  EXPECT_THAT(refusal_of_study(with("[0.01, 0.3, 0.02]", "[0.01, -0.3, 0.02]")),
               StartsWith("FILE:11: exploration.noise_variance = [0.01,-0.3,0.02]: each number of "
                          "the list must be"));
-  EXPECT_THAT(error_of(kSmallStudy + "policy.demonstration.sample = 5\n"),
+  EXPECT_THAT(refusal_of_study(kSmallStudy + "policy.demonstration.sample = 5\n"),
               StartsWith("FILE:14: policy.demonstration.sample = 5: unknown key"));
 }
 
 TEST(StudyFileErrorsTest, BadOverridesAreShownAsComingFromTheCommandLine) {
-  EXPECT_EQ(error_of(kSmallStudy, {"study.rollouts=-5"}),
+  EXPECT_EQ(refusal_of_study(kSmallStudy, {"study.rollouts=-5"}),
             "--set: study.rollouts = -5: must be an integer from 1 to 100000000 (condition tree)");
-  EXPECT_THAT(error_of(kSmallStudy, {"study.rolouts=5"}),
+  EXPECT_THAT(refusal_of_study(kSmallStudy, {"study.rolouts=5"}),
               StartsWith("--set: study.rolouts = 5: unknown key; known here: "));
-  EXPECT_EQ(error_of(kSmallStudy, {"study.rollouts=many"}),
+  EXPECT_EQ(refusal_of_study(kSmallStudy, {"study.rollouts=many"}),
             "--set: study.rollouts = \"many\": must be an integer from 1 to 100000000 "
             "(condition tree)");
-  EXPECT_EQ(error_of(kSmallStudy, {"study={name = \"x\", seed = 1.5}"}),
+  EXPECT_EQ(refusal_of_study(kSmallStudy, {"study={name = \"x\", seed = 1.5}"}),
             "--set: study.seed = 1.5: must be an integer from 0 to 9223372036854775807 "
             "(condition tree)");
 }
@@ -170,7 +171,8 @@ TEST(StudyFileErrorsTest, AStudyWhoseResolvedFormIsTooLargeIsRefused) {
   std::string text = with("plant = \"rk4\"", "plant = \"" + std::string(5000, 'x') + "\"");
   text += "[[axes]]\nkey = \"exploration.first_update\"\nvalues = [10";
   for (int i = 11; i < 310; ++i) text += ", " + std::to_string(i);
-  EXPECT_THAT(error_of(text + "]\n"), HasSubstr("FILE: the study is too large: with all settings"));
+  EXPECT_THAT(refusal_of_study(text + "]\n"),
+              HasSubstr("FILE: the study is too large: with all settings"));
 }
 
 }  // namespace

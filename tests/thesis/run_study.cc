@@ -34,7 +34,7 @@ class Tasks {
   std::map<std::string, std::unique_ptr<Task>> tasks_;
 };
 
-RunRecord learn(const Study& study, int index, Tasks& tasks) {
+RunRecord learn_run(const Study& study, int index, Tasks& tasks) {
   learner::Run run(study, index);
   Task& task = tasks.get(study.conditions[run.condition()].task_content);
   std::deque<explore::Draw> draws;
@@ -62,7 +62,7 @@ std::vector<RunRecord> run_study(const std::filesystem::path& file,
   const Study study = load_study(file, overrides).study;
   Tasks tasks;
   std::vector<RunRecord> records;
-  for (int run = 0; run < study.num_runs(); ++run) records.push_back(learn(study, run, tasks));
+  for (int run = 0; run < study.num_runs(); ++run) records.push_back(learn_run(study, run, tasks));
   return records;
 }
 

@@ -17,6 +17,8 @@ inline constexpr std::array kAllChannels = {
     Channel::kDefinitionPiece, Channel::kDefinitionRequest, Channel::kDefinitionReport,
     Channel::kLearnerStatus,   Channel::kRunStatus,         Channel::kBestPolicy,
 };
+/// The same, as a bus takes them.
+inline const std::vector<Channel> kEveryChannel(kAllChannels.begin(), kAllChannels.end());
 
 /// Random messages that every rule allows, edge values included. Equal seeds give equal messages.
 class MessageMaker {

@@ -40,7 +40,7 @@ PValuePanel panel_of(const StudyResults& study, const ConditionGroup& group) {
   return panel;
 }
 
-Plot page_of(const std::vector<PValuePanel>& panels) {
+Plot p_value_page(const std::vector<PValuePanel>& panels) {
   std::size_t length = 0;
   for (const PValuePanel& panel : panels) {
     for (const auto& p : panel.p) length = std::max(length, p.size());
@@ -109,7 +109,7 @@ Figures p_values(const StudyResults& study, const std::vector<ConditionGroup>& g
   Figures figures{.plots = {}};
   const auto pages = pages_of(panels, kPanelsPerPage);
   for (std::size_t page = 0; page < pages.size(); ++page) {
-    Plot plot = page_of(pages[page]);
+    Plot plot = p_value_page(pages[page]);
     plot.title = "Which condition is ahead in " + study.name;
     name_page("p_values", page, pages.size(), plot);
     figures.plots.push_back(std::move(plot));

@@ -11,6 +11,7 @@ namespace treeroll::report {
 namespace {
 
 constexpr int kPanelHeightPx = 320;
+constexpr int kPathHeightPx = 440;
 constexpr int kLayersNamed = 2;
 
 using Policies = std::vector<const LearntPolicy*>;
@@ -122,7 +123,8 @@ std::vector<std::string> key(const Policies& policies, const Plane& plane) {
 
 /// Pages of those policies that `draws` accepts.
 template <class Predicate>
-std::vector<Policies> pages(const std::vector<LearntPolicy>& policies, const Predicate& draws) {
+std::vector<Policies> policy_pages(const std::vector<LearntPolicy>& policies,
+                                   const Predicate& draws) {
   Policies drawn;
   for (const LearntPolicy& policy : policies) {
     if (draws(policy)) drawn.push_back(&policy);
@@ -135,6 +137,37 @@ constexpr const char* kLearntCaption =
     "standard deviations); in grey what learning began with.";
 constexpr const char* kGoalCaption = " The thick light line is the task's goal.";
 
+/// One kind of figure.
+struct Figure {
+  std::string id;
+  std::string title;  ///< what it shows, and of which study
+  Plane plane;
+  bool is_path = false;  ///< one output over the other: as long as wide, and as the task ends it
+  int panel_height_px = 0;
+  std::string_view axes;  ///< begins the caption
+};
+
+/// A plot for each page, a panel for each policy.
+void draw(const Figure& figure, const std::vector<Policies>& all, std::vector<Plot>& plots) {
+  for (std::size_t page = 0; page < all.size(); ++page) {
+    Plot plot{.title = figure.title};
+    name_page(figure.id, page, all.size(), plot);
+    PanelGrid grid{.commands = {},
+                   .labels = key(all[page], figure.plane),
+                   .panel_height_px = figure.panel_height_px};
+    DataSets data;
+    for (const LearntPolicy* policy : all[page]) {
+      grid.commands.push_back(panel(*policy, figure.plane, figure.is_path, data));
+    }
+    plot.data = data.take();
+    arrange(grid, plot);
+    plot.commands.insert(0, kStartAndGoalLines);
+    plot.caption = fmt::format("{} {}{}", figure.axes, kLearntCaption,
+                               grid.labels.back() == "goal" ? kGoalCaption : "");
+    plots.push_back(std::move(plot));
+  }
+}
+
 }  // namespace
 
 std::vector<Plot> policy_plots(const std::string& study,
@@ -145,52 +178,32 @@ std::vector<Plot> policy_plots(const std::string& study,
   }
   std::vector<Plot> plots;
   for (Eigen::Index output = 1; output <= outputs_max; ++output) {
-    const Plane plane{.across = 0, .up = output};
-    const auto all = pages(policies, [&](const LearntPolicy& policy) {
+    Figure figure{.id = output == 1 ? "policies" : fmt::format("policies_output_{}", output),
+                  .title = "Policies of " + study + " before and after learning",
+                  .plane = {.across = 0, .up = output},
+                  .panel_height_px = kPanelHeightPx,
+                  .axes = "Output over input"};
+    if (outputs_max > 1) figure.title += fmt::format(", output {} of {}", output, outputs_max);
+    const auto reaches = [&](const LearntPolicy& policy) {
       return is_drawn(policy) && dim(policy) > output;
-    });
-    for (std::size_t page = 0; page < all.size(); ++page) {
-      Plot plot{.title = "Policies of " + study + " before and after learning"};
-      if (outputs_max > 1) plot.title += fmt::format(", output {} of {}", output, outputs_max);
-      name_page(output == 1 ? "policies" : fmt::format("policies_output_{}", output), page,
-                all.size(), plot);
-      PanelGrid grid{
-          .commands = {}, .labels = key(all[page], plane), .panel_height_px = kPanelHeightPx};
-      DataSets data;
-      for (const LearntPolicy* policy : all[page]) {
-        grid.commands.push_back(panel(*policy, plane, false, data));
-      }
-      plot.data = data.take();
-      arrange(grid, plot);
-      plot.commands.insert(0, kStartAndGoalLines);
-      plot.caption = fmt::format("Output over input {}{}", kLearntCaption,
-                                 grid.labels.back() == "goal" ? kGoalCaption : "");
-      plots.push_back(std::move(plot));
-    }
+    };
+    draw(figure, policy_pages(policies, reaches), plots);
   }
   return plots;
 }
 
 std::vector<Plot> path_plots(const std::string& study, const std::vector<LearntPolicy>& policies) {
-  const Plane plane{.across = 1, .up = 2};
+  const Figure figure{.id = "paths",
+                      .title = "Paths of " + study + " before and after learning",
+                      .plane = {.across = 1, .up = 2},
+                      .is_path = true,
+                      .panel_height_px = kPathHeightPx,
+                      .axes = "One output over the other"};
+  const auto is_path = [](const LearntPolicy& policy) {
+    return is_drawn(policy) && dim(policy) == 3;
+  };
   std::vector<Plot> plots;
-  const auto all = pages(
-      policies, [](const LearntPolicy& policy) { return is_drawn(policy) && dim(policy) == 3; });
-  for (std::size_t page = 0; page < all.size(); ++page) {
-    Plot plot{.title = "Paths of " + study + " before and after learning"};
-    name_page("paths", page, all.size(), plot);
-    PanelGrid grid{.commands = {}, .labels = key(all[page], plane), .panel_height_px = 440};
-    DataSets data;
-    for (const LearntPolicy* policy : all[page]) {
-      grid.commands.push_back(panel(*policy, plane, true, data));
-    }
-    plot.data = data.take();
-    arrange(grid, plot);
-    plot.commands.insert(0, kStartAndGoalLines);
-    plot.caption = fmt::format("One output over the other {}{}", kLearntCaption,
-                               grid.labels.back() == "goal" ? kGoalCaption : "");
-    plots.push_back(std::move(plot));
-  }
+  draw(figure, policy_pages(policies, is_path), plots);
   return plots;
 }
 
