@@ -11,9 +11,10 @@ namespace treeroll::protocol {
 
 /// LCM's short messages: one datagram of at most 65507 bytes with header and channel name.
 inline constexpr std::size_t kMessageBytesMax = 65000;
-/// What a batch is filled to while it holds more than one roll-out, on one host (ttl 0).
+/// What a batch is filled to on one host (ttl 0).
 inline constexpr std::size_t kBatchBytesLocalMax = 60000;
-/// The same across hosts: one Ethernet frame, so that no fragment can be lost alone.
+/// The same across hosts, and there the most of any message with LCM's header: one Ethernet frame,
+/// with room for a tunnel's header. No path loses a part of a message, nor refuses fragments.
 inline constexpr std::size_t kBatchBytesRemoteMax = 1400;
 
 inline constexpr int kRolloutsPerBatchMax = 1024;
@@ -28,8 +29,14 @@ inline constexpr std::int64_t kRunningNumberMax = std::int64_t{1} << 62U;
 inline constexpr std::int64_t kDurationNsMax = std::int64_t{100} * 24 * 3600 * 1'000'000'000;
 inline constexpr int kDefinitionsPerRequestMax = 256;
 inline constexpr int kThetaDimMax = 4096;
-inline constexpr std::size_t kDefinitionBytesMax = 64000;
+/// Of a task's or a policy's text: so many full pieces.
+inline constexpr std::size_t kDefinitionBytesMax = std::size_t{1} << 20U;
+/// What a definition is cut into; all but the last piece have so many bytes.
+inline constexpr std::size_t kPieceBytes = 1024;
+inline constexpr int kPiecesMax = static_cast<int>(kDefinitionBytesMax / kPieceBytes);
 inline constexpr std::size_t kStringBytesMax = 1024;
+/// Of hosts, versions, studies, conditions.
+inline constexpr std::size_t kNameBytesMax = 128;
 /// Why a worker refuses a definition; longer texts are cut.
 inline constexpr std::size_t kReasonBytesMax = 256;
 /// Read from the multicast socket before timers and evaluators get their turn.
@@ -67,6 +74,9 @@ inline constexpr std::size_t kTasksMax = 64;
 inline constexpr std::size_t kPoliciesMax = 1024;
 /// Of tasks, and again of policies.
 inline constexpr std::size_t kDefinitionCacheBytesMax = 32U << 20U;
+/// Of definitions that have come in part: how many, and the bytes there of them.
+inline constexpr std::size_t kPartialDefinitionsMax = 1024;
+inline constexpr std::size_t kPartialBytesMax = 16U << 20U;
 /// Learners whose last result index outlives them.
 inline constexpr std::size_t kForgottenLearnersMax = 4096;
 /// Reports of definitions in answer to the messages of one turn.

@@ -18,8 +18,9 @@ inline constexpr Duration kIdleHeartbeat = std::chrono::milliseconds(250);
 inline constexpr Duration kRepeatIntervalMin = std::chrono::milliseconds(3);
 inline constexpr Duration kRepeatIntervalMax = std::chrono::seconds(1);
 /// Between two requests for a definition that is missing; and when roll-outs without one are let
-/// go.
-inline constexpr Duration kAskInterval = std::chrono::milliseconds(50);
+/// Between two requests for what is missing, ever longer; and when roll-outs without it are let go.
+inline constexpr Duration kAskIntervalMin = std::chrono::milliseconds(5);
+inline constexpr Duration kAskIntervalMax = std::chrono::milliseconds(50);
 inline constexpr Duration kDefinitionWaitMax = std::chrono::seconds(30);
 /// A learner that is silent for so long is forgotten.
 inline constexpr Duration kLearnerSilenceMax = std::chrono::seconds(60);
@@ -36,8 +37,8 @@ inline constexpr Duration kWorkerSilence = std::chrono::seconds(3);
 /// The shortest lease of a roll-out that no worker has said it holds; and of one that it has.
 inline constexpr Duration kLeaseMin = std::chrono::milliseconds(10);
 inline constexpr Duration kHeldLeaseMin = std::chrono::seconds(1);
-/// Between two publications of one definition, however many workers ask.
-inline constexpr Duration kPublicationPause = std::chrono::milliseconds(20);
+/// Between two publications of one piece of a definition, however many workers ask.
+inline constexpr Duration kPublicationPause = std::chrono::milliseconds(4);
 /// How long an accepted result may wait for stable storage, and its worker for the acknowledgement.
 inline constexpr Duration kSyncPeriod = std::chrono::milliseconds(10);
 /// A learner that ends waits so long for the local worker it has told to end.
@@ -60,9 +61,9 @@ static_assert(kRepeatIntervalMin < kLeaseMin,
               "an answer that was lost is repeated before its roll-out is asked for again");
 static_assert(kSyncPeriod < kRepeatIntervalMax,
               "repeating slows down past the time an acknowledgement waits for the disk");
-static_assert(kPublicationPause < kAskInterval,
-              "a definition may be published again by the time it is asked for again");
-static_assert(10 * kAskInterval < kDefinitionWaitMax,
+static_assert(kPublicationPause < kAskIntervalMin,
+              "a piece may be published again by the time it is asked for again");
+static_assert(10 * kAskIntervalMax < kDefinitionWaitMax,
               "a definition is asked for many times before its roll-outs are let go");
 static_assert(10 * kLearnerStatusPeriod < kLearnerSilenceMax,
               "a learner with nothing to give out is not forgotten for some lost messages");

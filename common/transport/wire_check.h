@@ -63,6 +63,11 @@ class Checker {
     integer_within(1, 0, kNumRolloutStatuses - 1, "");
   }
   template <class M, class W>
+  void kind(const char* name, M&, W&) {
+    const Step step(*this, name);
+    integer_within(1, 0, protocol::kNumDefinitionKinds - 1, "");
+  }
+  template <class M, class W>
   void hash(const char* name, M&, W&) {
     const Step step(*this, name);
     take(sizeof(ContentHash::bytes));
@@ -88,8 +93,18 @@ class Checker {
     list(name, count_max, [&] { finite_number(); });
   }
   template <class M, class C, class W>
-  void hashes(const char* name, M&, C&, W&, int count_max) {
-    list(name, count_max, [&] { take(sizeof(ContentHash::bytes)); });
+  void integers(const char* name, M&, C&, W&, int count_max, int max) {
+    list(name, count_max, [&] { integer_within(4, 0, max, ""); });
+  }
+  template <class M, class C, class W>
+  void maybe_hash(const char* name, M&, C&, W&) {
+    list(name, 1, [&] { take(sizeof(ContentHash::bytes)); });
+  }
+  template <class M, class C, class W>
+  void bytes(const char* name, M&, C&, W&, std::size_t bytes_max) {
+    const Step step(*this, name);
+    const auto size = integer_within(4, 0, static_cast<std::int64_t>(bytes_max), "count ");
+    if (size) take(static_cast<std::size_t>(*size));
   }
   template <class W>
   void mac(W& w) {

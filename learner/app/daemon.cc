@@ -60,6 +60,7 @@ class LearnerDaemon : private learner::EffectHandler {
     bus.url = options.lcm_url;
     bus.channels = {Channel::kRewardBatch, Channel::kWorkerStatus, Channel::kDefinitionRequest,
                     Channel::kDefinitionReport};
+    bus.among_programs = true;
     bus.on_message = [this](const protocol::Message& message) { receive(message); };
     Result<std::unique_ptr<transport::Bus>> opened = open_bus(loop_, std::move(bus));
     if (!opened) throw ConfigError("--lcm-url", options.lcm_url, opened.error().message);

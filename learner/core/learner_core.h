@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -87,7 +88,7 @@ class LearnerCore : private Client {
 
   // progress.cc: what watchers are told.
   void publish_status(const Turn& turn);
-  void publish_run(const Turn& turn, int run);
+  std::size_t publish_run(const Turn& turn, int run);
 
   Study study_;
   protocol::LearnerId learner_id_;

@@ -6,15 +6,28 @@
 #include <utility>
 
 #include "common/base/cut_text.h"
+#include "common/protocol/pieces.h"
 #include "learner/core/learner_core.h"
 #include "learner/core/waiting.h"
 
 namespace treeroll::learner {
 namespace {
 
-/// Status and best-policy messages in one period: watchers need no more, and thousands of runs
-/// must not crowd out roll-outs. Runs take turns.
+/// Status messages in one period, and bytes of best policies past which the others wait: watchers
+/// need no more, and thousands of runs must not crowd out roll-outs. Runs take turns.
 constexpr int kRunMessagesPerPeriod = 50;
+constexpr std::size_t kPolicyBytesPerPeriod = 256 * 1024;
+
+/// @return bytes of the policy
+std::size_t send_in_pieces(const Turn& turn, protocol::BestPolicy best, const std::string& policy) {
+  best.policy_id = content_hash(policy);
+  best.policy_bytes = static_cast<std::int32_t>(policy.size());
+  for (best.index = 0; best.index < protocol::num_pieces(policy.size()); ++best.index) {
+    best.policy = protocol::piece_of(policy, best.index);
+    turn.effects.emplace_back(SendMessage{best});
+  }
+  return policy.size();
+}
 
 protocol::RunStatus run_status(const Run& run, const Condition& condition) {
   const explore::Exploration& exploration = run.exploration();
@@ -39,7 +52,8 @@ protocol::RunStatus run_status(const Run& run, const Condition& condition) {
 
 }  // namespace
 
-void LearnerCore::publish_run(const Turn& turn, int index) {
+/// @return bytes of policies sent
+std::size_t LearnerCore::publish_run(const Turn& turn, int index) {
   changed_runs_.erase(index);
   const Run& run = runs_[index];
   const Condition& condition = study_.conditions[run.condition()];
@@ -49,21 +63,29 @@ void LearnerCore::publish_run(const Turn& turn, int index) {
 
   const explore::Exploration::Best& best = run.exploration().best();
   double& announced = announced_best_.try_emplace(index, -1).first->second;
-  if (best.rollout < 0 || best.reward <= announced) return;
+  if (best.rollout < 0 || best.reward <= announced) return 0;
   announced = best.reward;
-  std::string policy = run.best_policy();
-  if (policy.empty()) return;
-  turn.effects.emplace_back(
-      SendMessage{protocol::BestPolicy{learner_id_, index, condition.name, run.repetition(),
-                                       best.rollout, best.reward, std::move(policy)}});
+  return send_in_pieces(turn,
+                        {.learner_id = learner_id_,
+                         .run = index,
+                         .condition = condition.name,
+                         .repetition = run.repetition(),
+                         .rollout = best.rollout,
+                         .reward = best.reward,
+                         .policy_id = {},
+                         .policy = {}},
+                        run.best_policy());
 }
 
 void LearnerCore::publish_status(const Turn& turn) {
-  for (int sent = 0; sent < kRunMessagesPerPeriod && !changed_runs_.empty(); ++sent) {
+  std::size_t policy_bytes = 0;
+  for (int sent = 0; sent < kRunMessagesPerPeriod && policy_bytes < kPolicyBytesPerPeriod &&
+                     !changed_runs_.empty();
+       ++sent) {
     auto next = changed_runs_.upper_bound(last_status_run_);
     if (next == changed_runs_.end()) next = changed_runs_.begin();
     last_status_run_ = *next;
-    publish_run(turn, last_status_run_);
+    policy_bytes += publish_run(turn, last_status_run_);
   }
 
   const LedgerCounters now_counted = counters();

@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "common/base/cut_text.h"
+#include "common/protocol/pieces.h"
 #include "common/protocol/timings.h"
+#include "common/protocol/wire_sizes.h"
 #include "learner/core/batching.h"
 #include "learner/core/dispatch.h"
 
@@ -22,7 +24,7 @@ Workforce::Workforce(LearnerSettings settings, Client& client)
     : settings_(std::move(settings)), client_(client) {}
 
 ContentHash Workforce::add_task(const std::string& content) {
-  const ContentHash id = tasks_.add(content);
+  const ContentHash id = definitions_.add(protocol::DefinitionKind::kTask, content);
   task_ids_.push_back(id);
   const auto known = settings_.known_tasks.find(content);
   if (known != settings_.known_tasks.end()) facts_[id] = known->second;
@@ -30,14 +32,14 @@ ContentHash Workforce::add_task(const std::string& content) {
 }
 
 ContentHash Workforce::add_policy(const Turn& turn, const std::string& content) {
-  const ContentHash id = policies_.add(content);
-  publish_policy(turn, id);
+  const ContentHash id = definitions_.add(protocol::DefinitionKind::kPolicy, content);
+  definitions_.publish(policy_name(id), turn.now);
   return id;
 }
 
 void Workforce::start(const Turn& turn) {
   last_progress_ = turn.now;
-  for (const ContentHash& id : task_ids_) publish_task(turn, id);
+  for (const ContentHash& id : task_ids_) definitions_.publish(task_name(id), turn.now);
 }
 
 void Workforce::receive(const Turn& turn, const protocol::Message& message) {
@@ -53,10 +55,12 @@ void Workforce::receive(const Turn& turn, const protocol::Message& message) {
 }
 
 std::optional<TimePoint> Workforce::next_deadline() const {
-  const std::optional<TimePoint> lease = ledger_.next_deadline();
-  const std::optional<TimePoint> look = workers_.next_look();
-  if (!lease || !look) return lease ? lease : look;
-  return std::min(*lease, *look);
+  std::optional<TimePoint> next;
+  for (const std::optional<TimePoint> one :
+       {ledger_.next_deadline(), workers_.next_look(), definitions_.next_burst()}) {
+    if (one && (!next || *one < *next)) next = one;
+  }
+  return next;
 }
 
 void Workforce::look_after_leases(const Turn& turn) {
@@ -73,7 +77,7 @@ void Workforce::look_after_leases(const Turn& turn) {
 void Workforce::remind(const Turn& turn) {
   workers_.forget_refusals(turn.now);
   refuses_workers_ = refuses_workers_ && workers_.is_full();
-  publish_undescribed_tasks(turn);
+  publish_undescribed_tasks(turn.now);
 }
 
 void Workforce::note_sync() {
@@ -88,11 +92,13 @@ void Workforce::note_sync() {
 }
 
 void Workforce::dispatch(const Turn& turn) {
+  send_definitions(turn);  // a policy before its roll-outs, and a theta after its own
   std::vector<Ledger::Assignment> chosen;
   if (gives_out_ && !journal_is_behind()) {
     chosen = assign(ledger_, workers_, DispatchFacts{turn.now, rollout_time_s_, &facts_});
   }
   std::vector<protocol::RolloutRequest> requests = ledger_.lease(turn.now, chosen);
+  for (protocol::RolloutRequest& request : requests) detach_theta(turn.now, request);
   std::vector<protocol::Acknowledgement> acknowledgements;
   for (const protocol::WorkerId id : acknowledgements_due_) {
     const WorkerEntry* worker = workers_.find(id);
@@ -108,6 +114,37 @@ void Workforce::dispatch(const Turn& turn) {
     }
     turn.effects.emplace_back(SendMessage{std::move(batch)});
   }
+  send_definitions(turn);
+}
+
+void Workforce::send_definitions(const Turn& turn) {
+  for (protocol::DefinitionPiece& piece : definitions_.take_due(settings_.learner_id, turn.now)) {
+    turn.effects.emplace_back(SendMessage{std::move(piece)});
+  }
+}
+
+/// A theta that no message has room for travels as a definition does. It is sent with the first
+/// request; after that its worker asks for what it lacks.
+void Workforce::detach_theta(TimePoint now, protocol::RolloutRequest& request) {
+  const std::size_t bytes = protocol::kFrameBytesMax + protocol::kRolloutBatchBytes +
+                            protocol::rollout_request_bytes(request.theta.size());
+  if (bytes <= settings_.batch_bytes_max) return;
+  constexpr auto kTheta = protocol::DefinitionKind::kTheta;
+  const auto [place, is_new] = thetas_.try_emplace(request.key);
+  if (is_new) {
+    place->second = definitions_.add(kTheta, protocol::content_of_theta(request.theta));
+    definitions_.publish({kTheta, place->second}, now);
+  }
+  request.theta.clear();
+  request.theta_id = place->second;
+}
+
+/// A roll-out that is open no more.
+Ledger::Entry Workforce::close(protocol::RolloutKey key) {
+  if (const auto theta = thetas_.extract(key)) {
+    definitions_.release({protocol::DefinitionKind::kTheta, theta.mapped()});
+  }
+  return ledger_.close(key);
 }
 
 /// The entry of a worker that has said something; null if there is room for no more workers.
@@ -138,7 +175,7 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
   if (is_new) {
     turn.inform("workers that join", fmt::format("{} has joined with {} evaluators",
                                                  describe(*worker), worker->num_evaluators));
-    publish_undescribed_tasks(turn);
+    publish_undescribed_tasks(turn.now);
   }
   if (starts_draining) {
     turn.inform("workers that drain", fmt::format("{} takes no more roll-outs", describe(*worker)));
@@ -148,24 +185,23 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
       [this](const protocol::HeldRollouts& h) { return h.learner_id == settings_.learner_id; });
   if (held == status.held.end()) return;
   extend_leases(turn.now, *worker, held->keys);
-  if (held->last_index <= worker->last_index_read) {
-    reconcile(turn.now, *worker, held->last_batch, held->keys);
-  }
+  if (held->last_index <= worker->last_index_read) reconcile(turn.now, *worker, *held);
 }
 
 void Workforce::on(const Turn& turn, const protocol::DefinitionRequest& request) {
   if (request.learner_id != settings_.learner_id) return;
   if (!hear(turn, request.worker_id)) return;
-  for (const ContentHash& id : request.task_ids) publish_task(turn, id);
-  for (const ContentHash& id : request.policy_ids) publish_policy(turn, id);
+  for (const protocol::WantedDefinition& wanted : request.definitions) {
+    definitions_.publish_wanted(wanted, turn.now);
+  }
 }
 
 void Workforce::on(const Turn& turn, const protocol::DefinitionReport& report) {
   if (report.learner_id != settings_.learner_id) return;
   WorkerEntry* worker = hear(turn, report.worker_id);
   if (!worker) return;
-  const bool is_task = tasks_.find(report.definition_id) != nullptr;
-  if (!is_task && !policies_.find(report.definition_id)) return;
+  const bool is_task = definitions_.find(task_name(report.definition_id)) != nullptr;
+  if (!is_task && !definitions_.find(policy_name(report.definition_id))) return;
   if (!report.accepted) return refuse(turn, *worker, report.definition_id, report.text);
   worker->refused.erase(report.definition_id);
   if (!is_task || facts_.contains(report.definition_id)) return;
@@ -184,9 +220,10 @@ void Workforce::refuse(const Turn& turn, WorkerEntry& worker, const ContentHash&
   worker.refused[definition] = {cut_text(reason, protocol::kReasonBytesMax),
                                 turn.now + kRefusalLasts};
   if (!is_new) return;
-  turn.warn("definitions refused", fmt::format("{} refuses the {}: {}", describe(worker),
-                                               tasks_.find(definition) ? "task" : "policy",
-                                               worker.refused[definition].reason));
+  turn.warn("definitions refused",
+            fmt::format("{} refuses the {}: {}", describe(worker),
+                        definitions_.find(task_name(definition)) ? "task" : "policy",
+                        worker.refused[definition].reason));
   const std::set<protocol::RolloutKey> leases = ledger_.leases_of(worker.id);
   for (const protocol::RolloutKey key : leases) {
     const Question& question = ledger_.find(key)->question;
@@ -194,22 +231,10 @@ void Workforce::refuse(const Turn& turn, WorkerEntry& worker, const ContentHash&
   }
 }
 
-void Workforce::publish_task(const Turn& turn, const ContentHash& id) {
-  if (!tasks_.may_publish(id, turn.now)) return;
-  turn.effects.emplace_back(
-      SendMessage{protocol::TaskDefinition{settings_.learner_id, id, *tasks_.find(id)}});
-}
-
-void Workforce::publish_undescribed_tasks(const Turn& turn) {
+void Workforce::publish_undescribed_tasks(TimePoint now) {
   for (const ContentHash& id : task_ids_) {
-    if (!facts_.contains(id)) publish_task(turn, id);
+    if (!facts_.contains(id)) definitions_.publish(task_name(id), now);
   }
-}
-
-void Workforce::publish_policy(const Turn& turn, const ContentHash& id) {
-  if (!policies_.may_publish(id, turn.now)) return;
-  turn.effects.emplace_back(
-      SendMessage{protocol::PolicyDefinition{settings_.learner_id, id, *policies_.find(id)}});
 }
 
 const TaskDescription* Workforce::facts_of(const ContentHash& task_id) const {

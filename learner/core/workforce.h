@@ -42,15 +42,16 @@ class Workforce {
 
   // What the client wants.
 
-  /// One user more of a definition. Policies are published at once, tasks by start().
+  /// One user more of a definition. Policies are published at once, tasks by start(): their pieces
+  /// go out with dispatch().
   ContentHash add_task(const std::string& content);
   ContentHash add_policy(const Turn& turn, const std::string& content);
-  void release_policy(const ContentHash& id) { policies_.release(id); }
+  void release_policy(const ContentHash& id) { definitions_.release(policy_name(id)); }
   void start(const Turn& turn);
   /// Precondition: the key is new.
   void ask(protocol::RolloutKey key, Question question) { ledger_.draw(key, std::move(question)); }
   /// The answer is known from elsewhere. Precondition: the question is open.
-  void withdraw(protocol::RolloutKey key) { ledger_.close(key); }
+  void withdraw(protocol::RolloutKey key) { close(key); }
   /// No more roll-outs are given out, for good; answers are still taken.
   void give_out_no_more() { gives_out_ = false; }
 
@@ -64,7 +65,7 @@ class Workforce {
   void remind(const Turn& turn);
   /// Only what will survive us may be forgotten by those who have it.
   void note_sync();
-  /// Gives ready roll-outs to workers, and acknowledges their answers.
+  /// Gives ready roll-outs to workers, acknowledges their answers, and sends definitions.
   void dispatch(const Turn& turn);
 
   std::optional<TimePoint> next_deadline() const;
@@ -90,9 +91,16 @@ class Workforce {
   WorkerEntry* hear(const Turn& turn, protocol::WorkerId id);
   void refuse(const Turn& turn, WorkerEntry& worker, const ContentHash& definition,
               const std::string& reason);
-  void publish_task(const Turn& turn, const ContentHash& id);
-  void publish_undescribed_tasks(const Turn& turn);
-  void publish_policy(const Turn& turn, const ContentHash& id);
+  static protocol::DefinitionName task_name(const ContentHash& id) {
+    return {protocol::DefinitionKind::kTask, id};
+  }
+  static protocol::DefinitionName policy_name(const ContentHash& id) {
+    return {protocol::DefinitionKind::kPolicy, id};
+  }
+  void send_definitions(const Turn& turn);
+  void publish_undescribed_tasks(TimePoint now);
+  void detach_theta(TimePoint now, protocol::RolloutRequest& request);
+  Ledger::Entry close(protocol::RolloutKey key);
 
   // workforce_answers.cc: what they answer.
   void on(const Turn& turn, const protocol::RewardBatch& batch);
@@ -106,17 +114,16 @@ class Workforce {
   bool answers_open_question(const protocol::RolloutResult& result) const;
   void extend_leases(TimePoint now, const WorkerEntry& worker,
                      const std::vector<protocol::RolloutKey>& held);
-  void reconcile(TimePoint now, const WorkerEntry& worker, std::int64_t last_batch,
-                 const std::vector<protocol::RolloutKey>& held);
+  void reconcile(TimePoint now, const WorkerEntry& worker, const protocol::HeldRollouts& held);
   int numeric_class(const std::string& name);
 
   LearnerSettings settings_;
   Client& client_;
   std::vector<ContentHash> task_ids_;  // as they were added
   std::map<ContentHash, TaskDescription> facts_;
-  DefinitionBook tasks_;
-  DefinitionBook policies_;
+  DefinitionBook definitions_;
   Ledger ledger_;
+  std::map<protocol::RolloutKey, ContentHash> thetas_;  // of open roll-outs, sent in pieces
   WorkerTable workers_;
   std::set<protocol::WorkerId> answers_unsynced_;      // have answered what is not yet synced
   std::set<protocol::WorkerId> acknowledgements_due_;  // with the next message

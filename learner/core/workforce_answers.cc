@@ -38,7 +38,13 @@ void Workforce::on(const Turn& turn, const protocol::RewardBatch& batch) {
   }
   worker->free_slots = batch.free_slots;
   if (batch.last_index <= worker->last_index_read) {
-    reconcile(turn.now, *worker, batch.last_batch, batch.held);
+    reconcile(turn.now, *worker,
+              {.learner_id = batch.learner_id,
+               .last_batch = batch.last_batch,
+               .last_index = batch.last_index,
+               .keys = batch.held,
+               .first = batch.held_first,
+               .last = batch.held_last});
   }
 }
 
@@ -62,7 +68,7 @@ void Workforce::accept(const Turn& turn, WorkerEntry& worker,
     return distrust(turn, worker, result, *facts);
 
   note_timing(turn.now, worker, result, *open);
-  const Ledger::Entry entry = ledger_.close(key);
+  const Ledger::Entry entry = close(key);
   if (!entry.lease || entry.lease->worker != worker.id) ++ledger_.counters.late;
   ++worker.num_accepted;
   last_progress_ = turn.now;
@@ -133,13 +139,14 @@ void Workforce::extend_leases(TimePoint now, const WorkerEntry& worker,
 
 /// Leases of requests that were lost on the way: the worker has seen a later message, all its
 /// answers are in, and it holds neither the roll-out nor an answer to it.
-void Workforce::reconcile(TimePoint now, const WorkerEntry& worker, std::int64_t last_batch,
-                          const std::vector<protocol::RolloutKey>& held) {
-  extend_leases(now, worker, held);
-  const std::set<protocol::RolloutKey> holds(held.begin(), held.end());
+void Workforce::reconcile(TimePoint now, const WorkerEntry& worker,
+                          const protocol::HeldRollouts& held) {
+  extend_leases(now, worker, held.keys);
+  const std::set<protocol::RolloutKey> holds(held.keys.begin(), held.keys.end());
   const std::set<protocol::RolloutKey> leases = ledger_.leases_of(worker.id);
   for (const protocol::RolloutKey key : leases) {
-    const bool lost = !holds.contains(key) && ledger_.find(key)->lease->batch <= last_batch;
+    if (key < held.first || key > held.last) continue;  // another message speaks of it
+    const bool lost = !holds.contains(key) && ledger_.find(key)->lease->batch <= held.last_batch;
     if (lost) ledger_.take_back_lost(key);
   }
 }

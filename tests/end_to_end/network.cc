@@ -131,11 +131,32 @@ void Network::lose(int percent) {
   }
 }
 
-std::int64_t Network::num_lost() const {
+std::int64_t Network::num_lost() const { return sum_of_counters("loss"); }
+
+void Network::drop_fragments() const {
+  for (const int host : hosts_) {
+    must_run(
+        "nft 'table netdev fragments { chain in {"
+        "  type filter hook ingress device \"eth0\" priority 1;"
+        "  ip frag-off & 0x3fff != 0 counter drop; }; };'",
+        host);
+  }
+}
+
+std::int64_t Network::num_fragments() const { return sum_of_counters("fragments"); }
+
+void Network::send_datagram(int num_bytes) const {
+  must_run(fmt::format("bash -c 'head -c {} /dev/zero > /dev/udp/10.77.0.2/9'", num_bytes),
+           host(0));
+}
+
+std::int64_t Network::sum_of_counters(const std::string& table) const {
   std::int64_t sum = 0;
   for (const int host : hosts_) {
     sum += std::stoll(must_run(
-        R"(nft list table netdev loss | sed -n 's/.*counter packets \([0-9]*\).*/\1/p')", host));
+        fmt::format(R"(nft list table netdev {} | sed -n 's/.*counter packets \([0-9]*\).*/\1/p')",
+                    table),
+        host));
   }
   return sum;
 }

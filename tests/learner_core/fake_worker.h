@@ -47,13 +47,13 @@ class FakeWorker {
   /// @return what it answers at once: requests for definitions, reports
   std::vector<protocol::Message> receive(const protocol::Message& message, TimePoint now) {
     std::vector<protocol::Message> replies;
-    if (const auto* task = std::get_if<protocol::TaskDefinition>(&message)) {
-      known_.insert(task->task_id);
-      replies.emplace_back(protocol::DefinitionReport{id_, task->learner_id, task->task_id,
+    if (const auto* piece = std::get_if<protocol::DefinitionPiece>(&message)) {
+      // Those of the tests are one piece each.
+      known_.insert(piece->name);
+      if (piece->name.kind != protocol::DefinitionKind::kTask) return replies;
+      replies.emplace_back(protocol::DefinitionReport{id_, piece->learner_id, piece->name.id,
                                                       refusal.empty(),
                                                       refusal.empty() ? kDescription : refusal});
-    } else if (const auto* policy = std::get_if<protocol::PolicyDefinition>(&message)) {
-      known_.insert(policy->policy_id);
     } else if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
       last_batch_ = std::max(last_batch_, batch->sequence);
       for (const protocol::Acknowledgement& ack : batch->acknowledgements) {
@@ -63,19 +63,22 @@ class FakeWorker {
           ++first_index_;
         }
       }
-      protocol::DefinitionRequest missing{id_, batch->learner_id, {}, {}};
+      protocol::DefinitionRequest missing{id_, batch->learner_id, {}};
       for (const protocol::RolloutRequest& request : batch->rollouts) {
         if (request.worker_id != id_ || draining) continue;
         ++num_requests;
-        if (!known_.contains(request.task_id)) missing.task_ids.push_back(request.task_id);
-        if (!known_.contains(request.policy_id)) missing.policy_ids.push_back(request.policy_id);
+        for (const protocol::DefinitionName& name :
+             {protocol::DefinitionName{protocol::DefinitionKind::kTask, request.task_id},
+              protocol::DefinitionName{protocol::DefinitionKind::kPolicy, request.policy_id}}) {
+          if (!known_.contains(name)) missing.definitions.push_back({name, {}});
+        }
         const bool is_new = std::none_of(held_.begin(), held_.end(),
                                          [&](const auto& held) { return held.key == request.key; });
         if (!is_new) continue;
         if (held_.empty()) busy_until_ = now + duration_;
         held_.push_back(request);
       }
-      if (!missing.task_ids.empty() || !missing.policy_ids.empty()) replies.emplace_back(missing);
+      if (!missing.definitions.empty()) replies.emplace_back(missing);
     }
     return replies;
   }
@@ -124,7 +127,7 @@ class FakeWorker {
 
   protocol::WorkerId id_;
   Duration duration_;
-  std::set<ContentHash> known_;
+  std::set<protocol::DefinitionName> known_;
   std::deque<protocol::RolloutRequest> held_;
   std::deque<protocol::RolloutResult> unacknowledged_;
   std::int64_t first_index_ = 1;

@@ -65,7 +65,7 @@ TEST(LearnerLimitsTest, SendersThatMakeUpWorkersClassesAndReasonsDoNotMakeItGrow
   for (int i = 0; i < num_senders; ++i) {
     FakeWorker made_up(static_cast<protocol::WorkerId>(random.next_bits() >> 1U), {});
     made_up.draining = true;
-    made_up.numeric_class = std::to_string(i) + std::string(kStringBytesMax - 20, 'x');
+    made_up.numeric_class = std::to_string(i) + std::string(protocol::kNameBytesMax - 20, 'x');
     cluster.hear(made_up.status(Cluster::kLearner));
     // A duplicate of what is accepted: it is compared, class by class.
     protocol::RewardBatch batch;

@@ -50,7 +50,7 @@ Cost learn(std::uint64_t seed, Duration rollout_time, double loss) {
 }
 
 Cost mean_cost(Duration rollout_time, double loss) {
-  constexpr int kNumSeeds = 5;
+  constexpr int kNumSeeds = 25;
   Cost mean;
   for (std::uint64_t seed = 1; seed <= kNumSeeds; ++seed) {
     const Cost cost = learn(seed, rollout_time, loss);

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 #include <span>
 
 #include "common/protocol/limits.h"
+#include "common/protocol/wire_sizes.h"
 #include "common/transport/codec.h"
 
 namespace treeroll::simulation {
@@ -32,6 +34,16 @@ void Network::send(int slot, Direction direction, const Node::MessagePointer& me
     observer_.count("messages duplicated");
     carry(slot, direction, message);
   }
+}
+
+void Network::note_published(const protocol::Message& message) {
+  // On one host any size goes, and encoding takes longer than all the rest.
+  if (scenario_.batch_bytes_max > protocol::kBatchBytesRemoteMax) return;
+  const std::size_t size = protocol::kFrameHeaderBytes +
+                           std::strlen(transport::channel_name(transport::channel_of(message))) +
+                           1 + transport::encode(message).size();
+  num_bytes_ += static_cast<std::int64_t>(size);
+  observer_.require(size <= protocol::kBatchBytesRemoteMax, "a message is larger than a frame");
 }
 
 void Network::cut(int slot, TimePoint end) {

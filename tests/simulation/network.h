@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <utility>
@@ -23,6 +24,10 @@ class Network {
   Network(const Scenario& scenario, Schedule& schedule, Observer& observer, Deliver deliver);
 
   void send(int slot, Direction direction, const Node::MessagePointer& message);
+  /// Counts it; across hosts it must fit a frame, since no path carries what does not.
+  void note_published(const protocol::Message& message);
+  /// Of messages published so far, with LCM's header.
+  std::int64_t num_bytes() const { return num_bytes_; }
   /// Nothing passes to or from this slot until `end`.
   void cut(int slot, TimePoint end);
   /// Proves that the message can be sent: through the codec and back to the same value.
@@ -38,6 +43,7 @@ class Network {
   Observer& observer_;
   Deliver deliver_;
   Dice dice_;
+  std::int64_t num_bytes_ = 0;
   std::map<int, TimePoint> cut_until_;
   std::map<std::pair<int, Direction>, TimePoint> last_arrival_;
 };

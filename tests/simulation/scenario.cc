@@ -19,7 +19,8 @@ enum Purpose : std::uint32_t {
   kNeighbourDice = 5,
   kTimeDice = 6,
   kLimitDice = 7,
-  kDyingDice = 8
+  kDyingDice = 8,
+  kSizeDice = 9
 };
 
 /// A tree of two or three layers, most of them left as soon as they may be.
@@ -124,7 +125,28 @@ void draw_incidents(Dice& dice, Scenario& scenario, Duration length) {
   }
 }
 
+/// Policies of many pieces; the thetas of the last layer are larger than a frame.
+void make_large(Dice& dice, Study& study) {
+  const int num_last = dice.between(84, 100);
+  const PolicyPtr start = wide_policy(num_last / 4, num_last);
+  for (Condition& condition : study.conditions) {
+    condition.start = start;
+    condition.exploration.last_layer = start->num_layers();
+    condition.exploration.num_rollouts = std::min(condition.exploration.num_rollouts, 16);
+  }
+}
+
 }  // namespace
+
+PolicyPtr wide_policy(int num_first, int num_last) {
+  std::vector<int> parents;
+  for (int i = 0; i < num_last; ++i) parents.push_back(i * num_first / num_last);
+  return std::make_shared<TreePolicy>(
+      TreeModel::from_global(FrameKind::kCholesky,
+                             {explore::spaced_gmm(num_first), explore::spaced_gmm(num_last)},
+                             {{}, parents}),
+      1, ThetaLayout::kMeans);
+}
 
 Scenario calm_scenario(std::uint64_t seed) {
   Dice dice(seed, kStudyDice);
@@ -137,6 +159,8 @@ Scenario calm_scenario(std::uint64_t seed) {
     scenario.task.duration_min = milliseconds(dice.between(1, 60));
     scenario.task.duration_max = 2 * scenario.task.duration_min;
   }
+  Dice size(seed, kSizeDice);
+  if (size.chance(.03)) make_large(size, scenario.studies[0]);
   scenario.network.delay_min = microseconds(dice.between(20, 500));
   scenario.network.delay_max = 3 * scenario.network.delay_min;
   const int num_workers = dice.between(1, 4);

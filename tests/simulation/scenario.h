@@ -75,6 +75,9 @@ Scenario calm_scenario(std::uint64_t seed);
 /// studies that are learnt for a time.
 Scenario scenario_of(std::uint64_t seed);
 
+/// A tree of two layers of so many Gaussians.
+PolicyPtr wide_policy(int num_first, int num_last);
+
 int num_rollouts(const Scenario& scenario);
 int num_rollouts(const Study& study);
 int num_runs(const Scenario& scenario);

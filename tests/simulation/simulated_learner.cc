@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "common/protocol/pieces.h"
 #include "common/protocol/timings.h"
 #include "common/transport/codec.h"
 
@@ -238,6 +239,17 @@ void SimulatedLearner::check_ends(protocol::RolloutKey key) {
   }
 }
 
+/// As the request has it, or as it names it.
+std::vector<double> SimulatedLearner::theta_of(const protocol::RolloutRequest& request) {
+  if (!request.theta_id) return request.theta;
+  const Eigen::VectorXd& drawn = core_.ledger().find(request.key)->question.theta;
+  std::vector<double> theta(drawn.begin(), drawn.end());
+  observer_.require(content_hash(protocol::content_of_theta(theta)) == *request.theta_id,
+                    "a request names another theta");
+  observer_.count("thetas in pieces");
+  return theta;
+}
+
 void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
   observer_.require(batch.sequence == ++last_sequence_, "a batch out of sequence");
   if (batch.rollouts.size() > 1) {
@@ -255,7 +267,7 @@ void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
                       "more roll-outs are in flight than the journal permits");
     check_ends(key);
     const auto [place, is_new] =
-        expected_.emplace(key, Expected{request.content, task_.reward(key, request.theta)});
+        expected_.emplace(key, Expected{request.content, task_.reward(key, theta_of(request))});
     observer_.require(is_new || place->second.content == request.content,
                       "a roll-out is asked again with another question");
     open_.insert(key);
@@ -322,6 +334,7 @@ void SimulatedLearner::check_lost_requests(const protocol::WorkerStatus& status)
   if (held == status.held.end()) return;
   if (held->last_index > heard_[status.worker_id].last_result) return;
   for (const protocol::RolloutKey key : open_) {
+    if (key < held->first || key > held->last) continue;
     const learner::Ledger::Entry* entry = core_.ledger().find(key);
     const bool stays = entry && entry->lease && entry->lease->worker == status.worker_id &&
                        entry->lease->batch <= held->last_batch;

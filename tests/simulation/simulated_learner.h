@@ -64,6 +64,7 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   void note_answered(protocol::RolloutKey key);
   void note_time(const LearningTime& time);
   void check_ends(protocol::RolloutKey key);
+  std::vector<double> theta_of(const protocol::RolloutRequest& request);
   void check_batch(const protocol::RolloutBatch& batch);
   void check_told(const protocol::Message& message);
   void check_counters();

@@ -100,6 +100,7 @@ void Simulation::start_learner(int index) {
   LearnerSlot& slot = learners_[static_cast<std::size_t>(index)];
   SimulatedLearner::Surroundings surroundings;
   surroundings.send = [this](const Node::MessagePointer& message) {
+    network_.note_published(*message);
     for (int worker = 0; worker < static_cast<int>(workers_.size()); ++worker) {
       network_.send(worker, Network::Direction::kToWorker, message);
     }
@@ -139,6 +140,7 @@ void Simulation::start_worker(int slot) {
   workers_[place] = std::make_unique<SimulatedWorker>(
       scenario_, schedule_, observer_, slot, generation,
       SimulatedWorker::Surroundings{[this, slot](const Node::MessagePointer& message) {
+                                      network_.note_published(*message);
                                       network_.send(slot, Network::Direction::kToLearner, message);
                                     },
                                     [this, slot, place, generation] {

@@ -21,6 +21,7 @@ class Simulation {
 
   const Observer& observer() const { return observer_; }
   TimePoint end() const { return schedule_.now(); }
+  const Network& network() const { return network_; }
 
  private:
   void advance_to_the_end();

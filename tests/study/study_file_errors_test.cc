@@ -6,6 +6,7 @@
 
 #include "common/base/config_error.h"
 #include "common/policy/tree/tree_policy.h"
+#include "common/protocol/limits.h"
 #include "learner/study/message_sizes.h"
 #include "learner/study/study_file.h"
 #include "tests/study/small_study.h"
@@ -118,25 +119,19 @@ TEST(StudyFileErrorsTest, BadOverridesAreShownAsComingFromTheCommandLine) {
             "(condition tree)");
 }
 
-TEST(StudyFileErrorsTest, ATaskTooLargeForAMessageIsRefusedWithItsSize) {
-  const std::string words(70'000, 'x');
-  EXPECT_EQ(refusal_of_study(with("plant = \"rk4\"", "plant = \"" + words + "\"")),
-            "FILE:4: task: is too large for a message: 70058 bytes, must be at most 64000 "
-            "(condition tree)");
-}
-
-/// `size` components at equal distances.
-Condition condition_with_components(int size) {
+/// `size` components at equal distances, of one input.
+Condition condition_with_components(int size, int num_variables = 2) {
   std::vector<Component> components;
   for (int k = 0; k < size; ++k) {
-    components.push_back(
-        {.prior = 1, .mean = Eigen::Vector2d(k, 0), .covariance = Eigen::Matrix2d::Identity()});
+    components.push_back({.prior = 1,
+                          .mean = k * Eigen::VectorXd::Unit(num_variables, 0),
+                          .covariance = Eigen::MatrixXd::Identity(num_variables, num_variables)});
   }
   return {.name = "large",
           .task_content = "{}",
           .start = std::make_shared<TreePolicy>(
               TreeModel::from_global(FrameKind::kEigenvector, {Gmm(1, components)}, {{}}), 1,
-              ThetaLayout::kMeansCholesky),
+              num_variables == 2 ? ThetaLayout::kMeansCholesky : ThetaLayout::kMeans),
           .exploration = {}};
 }
 
@@ -149,20 +144,27 @@ std::string size_error_of(const Condition& condition) {
   return "";
 }
 
+TEST(StudyFileErrorsTest, ATaskTooLargeForAMessageIsRefusedWithItsSize) {
+  Condition condition = condition_with_components(2);
+  condition.task_content.assign(1'100'000, 'x');
+  EXPECT_EQ(size_error_of(condition),
+            "task: is too large to be sent: 1100000 bytes, must be at most 1048576");
+}
+
 TEST(StudyFileErrorsTest, APolicyTooLargeForAMessageIsRefusedWithItsSize) {
-  EXPECT_EQ(size_error_of(condition_with_components(64)), "");
-  EXPECT_THAT(size_error_of(condition_with_components(1000)),
-              HasSubstr("policy: is too large for a message: up to "));
+  EXPECT_EQ(size_error_of(condition_with_components(1000)), "");
+  EXPECT_THAT(size_error_of(condition_with_components(200, 20)),
+              HasSubstr("policy: is too large to be sent: up to "));
   EXPECT_EQ(size_error_of(condition_with_components(1400)),
             "policy: is too large: theta of layer 1 has 4200 elements, must be at most 4096");
 }
 
 TEST(StudyFileErrorsTest, APolicyIsMeasuredWithEveryNumberAtItsLongest) {
-  // The text of 300 round Gaussians fits a message; what they are after learning would not.
-  const Condition condition = condition_with_components(300);
+  // The text of 200 round Gaussians is short enough; what they are after learning would not be.
+  const Condition condition = condition_with_components(200, 20);
   const Policy& policy = *condition.start;
-  EXPECT_LT(to_json(policy).size(), 64'000U);
-  EXPECT_THAT(size_error_of(condition), HasSubstr("is too large for a message"));
+  EXPECT_LT(to_json(policy).size(), protocol::kDefinitionBytesMax);
+  EXPECT_THAT(size_error_of(condition), HasSubstr("is too large to be sent"));
 }
 
 TEST(StudyFileErrorsTest, AStudyWhoseResolvedFormIsTooLargeIsRefused) {

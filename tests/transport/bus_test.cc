@@ -45,8 +45,8 @@ TEST(BusTest, TwoBusesExchangeEveryMessageInOrder) {
       << learner.received.size() << " and " << worker.received.size() << " of " << sent.size();
   EXPECT_EQ(learner.received, sent);
   EXPECT_EQ(worker.received, sent);
-  EXPECT_EQ(learner.bus->statistics().num_published, 50);
-  EXPECT_EQ(worker.bus->statistics().num_received, 100);
+  EXPECT_EQ(learner.bus->statistics().num_published, 5 * kNumChannels);
+  EXPECT_EQ(worker.bus->statistics().num_received, 10 * kNumChannels);
   EXPECT_EQ(worker.bus->statistics().num_rejected, 0);
   EXPECT_EQ(worker.bus->statistics().num_foreign, 0);
 }
@@ -207,12 +207,13 @@ TEST(BusTest, TheLargestMessageOfALimitedSizeGoesThrough) {
   Loop loop;
   const std::string url = loopback_url(8);
   Listener bus(loop, url, kEveryChannel);
-  protocol::PolicyDefinition policy;
-  policy.content.assign(protocol::kDefinitionBytesMax, 'x');
-  bus.bus->publish(policy);
+  protocol::RewardBatch batch;
+  batch.held.assign(protocol::kHeldPerMessageMax, {1, 2});
+  batch.results.resize(850);
+  bus.bus->publish(batch);
   ASSERT_TRUE(run_until(loop, [&] { return !bus.received.empty(); }))
       << bus.bus->statistics().last_publish_error;
-  EXPECT_EQ(bus.received, std::vector<Message>{policy});
+  EXPECT_EQ(bus.received, std::vector<Message>{batch});
 }
 
 TEST(BusTest, TheReceiveBufferIsWhatTheUrlAsksFor) {
@@ -229,6 +230,43 @@ TEST(BusTest, BatchesFitAFrameWhereDatagramsMayLeaveThisHost) {
   url.replace(url.find("ttl=0"), 5, "ttl=1");
   Listener remote(loop, url, {});
   EXPECT_EQ(remote.bus->batch_bytes_max(), protocol::kBatchBytesRemoteMax);
+}
+
+TEST(BusTest, WhatNoFrameHoldsIsNotSentWhereDatagramsMayLeaveThisHost) {
+  Loop loop;
+  std::string url = loopback_url(13);
+  url.replace(url.find("ttl=0"), 5, "ttl=1");
+  Listener bus(loop, url, {});
+  protocol::RolloutBatch batch;
+  batch.rollouts.resize(1);
+  batch.rollouts[0].theta.assign(150, .5);
+  bus.bus->publish(batch);
+  EXPECT_EQ(bus.bus->statistics().num_published, 1);
+  batch.rollouts[0].theta.assign(160, .5);
+  bus.bus->publish(batch);
+  EXPECT_EQ(bus.bus->statistics().num_unsent, 1);
+  EXPECT_THAT(bus.bus->statistics().last_publish_error,
+              HasSubstr("TREEROLL_ROLLOUTS: 1430 bytes are more than one frame holds, 1400"));
+}
+
+TEST(BusTest, AProgramThatMeetsOthersRefusesAUrlThatReachesNone) {
+  Loop loop;
+  for (const std::string url : {"memq://", "file:///tmp/run.log?mode=w"}) {
+    BusOptions options;
+    options.url = url;
+    options.among_programs = true;
+    const auto bus = open_bus(loop, std::move(options));
+    ASSERT_FALSE(bus) << url;
+    EXPECT_THAT(bus.error().message,
+                HasSubstr("LCM URL \"" + url + "\": reaches no other program"));
+  }
+}
+
+TEST(BusTest, AUrlWithoutAPortSends) {
+  Loop loop;
+  Listener bus(loop, "udpm://239.255.76.67?ttl=0", {});
+  bus.bus->publish(protocol::RolloutBatch{});
+  EXPECT_EQ(bus.bus->statistics().num_published, 1) << bus.bus->statistics().last_publish_error;
 }
 
 TEST(BusTest, ABusMayBeClosedAndOpenedAgain) {

@@ -73,12 +73,10 @@ class EvaluatorTest : public testing::Test {
     return registry;
   }
   DefinitionReport define_task(const std::string& content) {
-    return std::get<DefinitionReport>(
-        *evaluator_.handle(protocol::TaskDefinition{0, content_hash("t"), content}));
+    return *evaluator_.define({{protocol::DefinitionKind::kTask, content_hash("t")}, content});
   }
   DefinitionReport define_policy(const std::string& content) {
-    return std::get<DefinitionReport>(
-        *evaluator_.handle(protocol::PolicyDefinition{0, content_hash("p"), content}));
+    return *evaluator_.define({{protocol::DefinitionKind::kPolicy, content_hash("p")}, content});
   }
   void define() {
     ASSERT_TRUE(define_task(R"({"name":"mirror","settings":{}})").accepted);
@@ -92,7 +90,7 @@ class EvaluatorTest : public testing::Test {
     batch.rollouts[0].policy_id = content_hash("p");
     batch.rollouts[0].task_seed = seed;
     batch.rollouts[0].theta = std::move(theta);
-    const auto answer = std::get<protocol::RewardBatch>(*evaluator_.handle(batch));
+    const auto answer = evaluator_.answer(batch);
     EXPECT_EQ(answer.last_batch, 42);
     EXPECT_EQ(answer.results.at(0).content, 6);
     return answer.results.at(0);
@@ -168,7 +166,7 @@ TEST_F(EvaluatorTest, TurnsWhatGoesWrongIntoAStatusWithRewardZero) {
 
 TEST_F(EvaluatorTest, ForgetsADefinitionWithoutContent) {
   define();
-  EXPECT_FALSE(evaluator_.handle(protocol::TaskDefinition{0, content_hash("t"), ""}));
+  EXPECT_FALSE(evaluator_.define({{protocol::DefinitionKind::kTask, content_hash("t")}, ""}));
   EXPECT_EQ(evaluate({0, .5, 0}).status, RolloutStatus::kFailed);
 }
 

@@ -54,7 +54,7 @@ TEST(WorkerProcessTest, AsksForDefinitionsItMissed) {
   ASSERT_TRUE(learner.meet_worker());
   learner.ask(0, 1);
   ASSERT_TRUE(learner.until([&] { return !learner.requests.empty(); }));
-  EXPECT_THAT(learner.requests[0].task_ids, SizeIs(1));
+  EXPECT_THAT(learner.requests[0].definitions, SizeIs(2));
   learner.define(synthetic_task("{}"));
   EXPECT_TRUE(learner.until([&] { return learner.result(0) != nullptr; }));
 }

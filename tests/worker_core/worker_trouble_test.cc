@@ -140,9 +140,7 @@ TEST(WorkerTroubleTest, OnlyWhoChecksADefinitionSettlesIt) {
   for (const Death death : {Death::kForeignSignal, Death::kFatalSignal}) {
     Stage stage(2, [](WorkerSettings& s) { s.num_tasks_max = 1; });
     const std::string other = "another task";
-    const auto comes = [&](const std::string& task) {
-      stage.step(MessageReceived{protocol::TaskDefinition{kLearner, content_hash(task), task}});
-    };
+    const auto comes = [&](const std::string& content) { stage.step(task(content)); };
     const auto loaded = [&](int evaluator, const std::string& task) {
       stage.step(DefinitionLoaded{
           evaluator, {DefinitionKind::kTask, content_hash(task)}, true, "", stage.task_facts});

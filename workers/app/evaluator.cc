@@ -11,10 +11,10 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "common/base/cut_text.h"
 #include "common/protocol/limits.h"
 #include "workers/app/checked_evaluation.h"
 #include "workers/app/definition_facts.h"
-#include "workers/app/packet.h"
 #include "workers/app/process_limits.h"
 #include "workers/app/task_content.h"
 
@@ -31,7 +31,8 @@ std::string bounded(const std::string& text) {
   std::string cut = text.substr(0, text.find('\0'));
   cut.resize(std::min(cut.size(), protocol::kStringBytesMax));
   const std::string quoted = json(cut).dump(-1, ' ', false, json::error_handler_t::replace);
-  return json::parse(quoted).get<std::string>();
+  // What stands for a bad byte is longer than that.
+  return cut_text(json::parse(quoted).get<std::string>(), protocol::kStringBytesMax);
 }
 
 }  // namespace
@@ -39,23 +40,15 @@ std::string bounded(const std::string& text) {
 Evaluator::Evaluator(const TaskRegistry& registry, PolicyRegistry kinds)
     : registry_(&registry), kinds_(std::move(kinds)) {}
 
-std::optional<protocol::Message> Evaluator::handle(const protocol::Message& message) {
+std::optional<protocol::DefinitionReport> Evaluator::define(const DefinitionContent& definition) {
+  const auto& [name, content] = definition;
   protocol::DefinitionReport report;
+  report.definition_id = name.id;
+  const bool is_task = name.kind == protocol::DefinitionKind::kTask;
+  is_task ? tasks_.erase(name.id) : policies_.erase(name.id);
+  if (content.empty()) return std::nullopt;
   try {
-    if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) return answer(*batch);
-    if (const auto* task = std::get_if<protocol::TaskDefinition>(&message)) {
-      report.definition_id = task->task_id;
-      tasks_.erase(task->task_id);
-      if (task->content.empty()) return std::nullopt;
-      report.text = load_task(task->task_id, task->content);
-    } else if (const auto* policy = std::get_if<protocol::PolicyDefinition>(&message)) {
-      report.definition_id = policy->policy_id;
-      policies_.erase(policy->policy_id);
-      if (policy->content.empty()) return std::nullopt;
-      report.text = load_policy(policy->policy_id, policy->content);
-    } else {
-      return std::nullopt;
-    }
+    report.text = is_task ? load_task(name.id, content) : load_policy(name.id, content);
     report.accepted = true;
   } catch (const std::bad_alloc&) {
     throw;  // a want of this host, not of the roll-out: the process ends, and another tries
@@ -137,9 +130,15 @@ int run_evaluator(const TaskRegistry& registry, int socket, int parent_pid) {
   for (;;) {
     const Received received = receive_packet(socket, true);
     if (received.closed) return 0;
-    if (!received.message) return 1;
-    const auto answer = evaluator.handle(*received.message);
-    if (answer && send_packet(socket, *answer, true) != SendOutcome::kSent) return 1;
+    if (received.malformed) return 1;
+    if (received.definition) {
+      const auto report = evaluator.define(*received.definition);
+      if (report && send_packet(socket, *report, true) != SendOutcome::kSent) return 1;
+      continue;
+    }
+    const auto* batch = std::get_if<protocol::RolloutBatch>(&received.message.value());
+    if (batch == nullptr || batch->rollouts.size() != 1) return 1;
+    if (send_packet(socket, evaluator.answer(*batch), true) != SendOutcome::kSent) return 1;
   }
 }
 

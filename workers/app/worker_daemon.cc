@@ -22,11 +22,6 @@ Death cause_of(const ChildEnd& end) {
   return Death::kForeignSignal;
 }
 
-protocol::Message definition(const DefinitionName& name, const std::string& content) {
-  if (name.kind == DefinitionKind::kTask) return protocol::TaskDefinition{0, name.id, content};
-  return protocol::PolicyDefinition{0, name.id, content};
-}
-
 }  // namespace
 
 Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
@@ -35,8 +30,8 @@ Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
   using transport::Channel;
   transport::BusOptions options;
   options.url = url;
-  options.channels = {Channel::kRolloutBatch, Channel::kTaskDefinition, Channel::kPolicyDefinition,
-                      Channel::kLearnerStatus};
+  options.channels = {Channel::kRolloutBatch, Channel::kDefinitionPiece, Channel::kLearnerStatus};
+  options.among_programs = true;
   options.on_message = [self = daemon.get()](const protocol::Message& message) {
     if (self->core_) self->post(MessageReceived{message});
   };
@@ -127,23 +122,37 @@ void WorkerDaemon::perform(const KillEvaluator& effect) {
   if (slot.process) slot.process->kill();
 }
 
+/// Never waits: an evaluator reads whatever it is given before it is given more. One that does
+/// not is not working.
+void WorkerDaemon::give(int evaluator, const auto& packet) {
+  const Slot& slot = slot_of(evaluator);
+  if (!slot.process) return;
+  const SendOutcome outcome = send_packet(slot.process->socket(), packet, false);
+  if (outcome == SendOutcome::kSent) return;
+  if (outcome == SendOutcome::kFull) {
+    complain("evaluators that do not read", fmt::format("evaluator {} does not read", evaluator));
+  }
+  slot.process->kill();
+}
+
 void WorkerDaemon::perform(const LoadDefinition& effect) {
   Slot& slot = slot_of(effect.evaluator);
   if (!slot.process) return;
   slot.loading = effect.name;
   slot.process->restart_cpu_time();
-  give(effect.evaluator, definition(effect.name, effect.content));
+  give(effect.evaluator, DefinitionContent{effect.name, effect.content});
 }
 
 void WorkerDaemon::perform(const ForgetDefinition& effect) {
-  give(effect.evaluator, definition(effect.name, ""));
+  give(effect.evaluator, DefinitionContent{effect.name, ""});
 }
 
 void WorkerDaemon::perform(const RunRollout& effect) {
   Slot& slot = slot_of(effect.evaluator);
   if (!slot.process) return;
   slot.process->restart_cpu_time();
-  give(effect.evaluator, protocol::RolloutBatch{0, effect.job, {effect.request}, {}});
+  give(effect.evaluator,
+       protocol::Message(protocol::RolloutBatch{0, effect.job, {effect.request}, {}}));
 }
 
 void WorkerDaemon::perform(const AskCpuTime& effect) {
@@ -159,19 +168,6 @@ void WorkerDaemon::perform(const Exit& effect) {
   loop_.stop();
 }
 
-/// Never waits: an evaluator reads whatever it is given before it is given more. One that does
-/// not is not working.
-void WorkerDaemon::give(int evaluator, const protocol::Message& message) {
-  const Slot& slot = slot_of(evaluator);
-  if (!slot.process) return;
-  const SendOutcome outcome = send_packet(slot.process->socket(), message, false);
-  if (outcome == SendOutcome::kSent) return;
-  if (outcome == SendOutcome::kFull) {
-    complain("evaluators that do not read", fmt::format("evaluator {} does not read", evaluator));
-  }
-  slot.process->kill();
-}
-
 void WorkerDaemon::read(int evaluator) {
   Slot& slot = slot_of(evaluator);
   while (slot.process) {
@@ -180,8 +176,9 @@ void WorkerDaemon::read(int evaluator) {
       understand(evaluator, *received.message);
       continue;
     }
-    if (received.closed || received.malformed) {
-      if (received.malformed) {
+    const bool malformed = received.malformed || received.definition;
+    if (received.closed || malformed) {
+      if (malformed) {
         complain("evaluators that send nonsense",
                  fmt::format("evaluator {} sends what is no message", evaluator));
       }

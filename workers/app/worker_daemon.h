@@ -55,7 +55,7 @@ class WorkerDaemon {
 
   Slot& slot_of(int evaluator) { return slots_.at(static_cast<std::size_t>(evaluator)); }
   void unwatch(Slot& slot);
-  void give(int evaluator, const protocol::Message& message);
+  void give(int evaluator, const auto& packet);
   void read(int evaluator);
   void understand(int evaluator, const protocol::Message& message);
   void collect_ended();

@@ -67,8 +67,11 @@ bool LearnerLink::ask(TimePoint now, std::set<DefinitionName> missing) {
   if (!due && std::includes(asked_.begin(), asked_.end(), missing.begin(), missing.end())) {
     return false;
   }
+  const bool is_same = due && ask_at_ && asked_ == missing;
+  ask_interval_ = is_same ? std::min(2 * ask_interval_, settings_.ask_interval_max)
+                          : settings_.ask_interval_min;
   asked_ = std::move(missing);
-  ask_at_ = now + settings_.ask_interval;
+  ask_at_ = now + ask_interval_;
   return true;
 }
 

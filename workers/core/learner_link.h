@@ -52,6 +52,9 @@ class LearnerLink {
   /// they count as asked.
   bool ask(TimePoint now, std::set<DefinitionName> missing);
 
+  /// Where the next batch of answers goes on naming what is held.
+  protocol::RolloutKey held_from = protocol::kFirstKey;
+
  private:
   bool in_haste(std::int64_t last_index) const;
 
@@ -65,7 +68,8 @@ class LearnerLink {
   int num_hasty_ = 0;  ///< repetitions without backing off since answers were acknowledged
   bool looking_ = false;
   std::optional<TimePoint> ask_at_;
-  std::set<DefinitionName> asked_;  ///< missing ones asked for less than ask_interval ago
+  Duration ask_interval_{};
+  std::set<DefinitionName> asked_;  ///< missing ones asked for less than ask_interval_ ago
 };
 
 }  // namespace treeroll::worker

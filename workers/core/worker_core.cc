@@ -73,12 +73,9 @@ void WorkerCore::on(const Turn& turn, const Started&) {
 void WorkerCore::on(const Turn& turn, const MessageReceived& event) {
   if (const auto* batch = std::get_if<protocol::RolloutBatch>(&event.message)) {
     receive(turn, *batch);
-  } else if (const auto* task = std::get_if<protocol::TaskDefinition>(&event.message)) {
-    definitions_.receive(turn, task->learner_id, {DefinitionKind::kTask, task->task_id},
-                         task->content, queue_);
-  } else if (const auto* policy = std::get_if<protocol::PolicyDefinition>(&event.message)) {
-    definitions_.receive(turn, policy->learner_id, {DefinitionKind::kPolicy, policy->policy_id},
-                         policy->content, queue_);
+  } else if (const auto* piece = std::get_if<protocol::DefinitionPiece>(&event.message)) {
+    const bool is_theta = piece->name.kind == DefinitionKind::kTheta;
+    is_theta ? take_theta(turn, *piece) : definitions_.receive(turn, *piece, queue_);
   } else if (const auto* status = std::get_if<protocol::LearnerStatus>(&event.message)) {
     const auto known = learners_.find(status->learner_id);
     if (known != learners_.end()) known->second.hear(turn.now);
@@ -263,10 +260,13 @@ void WorkerCore::drop(const RolloutName& name) {
 
 /// Moves a waiting roll-out on as far as its definitions allow: ready, or let go with a report.
 void WorkerCore::review(const RolloutName& name) {
-  const protocol::RolloutRequest& request = queue_.find(name)->request;
+  const HeldRollout& held = *queue_.find(name);
+  const protocol::RolloutRequest& request = held.request;
   const Definition* task = definitions_.find({DefinitionKind::kTask, request.task_id});
   const Definition* policy = definitions_.find({DefinitionKind::kPolicy, request.policy_id});
-  if (task == nullptr || policy == nullptr) learners_.at(name.learner).look_for_missing();
+  if (task == nullptr || policy == nullptr || held.lacks_theta()) {
+    learners_.at(name.learner).look_for_missing();
+  }
 
   const auto let_go = [&](const ContentHash& id, const std::string& reason) {
     definitions_.report(name.learner, id, false, reason);
@@ -280,6 +280,7 @@ void WorkerCore::review(const RolloutName& name) {
   }
   if (task == nullptr || task->state != DefinitionState::kAccepted) return;
   if (policy == nullptr || policy->state != DefinitionState::kAccepted) return;
+  if (held.lacks_theta()) return;
   const std::string reason = mismatch(task->facts, policy->facts, request.theta.size());
   if (!reason.empty()) return let_go(request.policy_id, reason);
   queue_.set_state(name, RolloutState::kReady);

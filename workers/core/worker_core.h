@@ -63,11 +63,15 @@ class WorkerCore {
   void leave_if_drained(const Turn& turn);
   void exit(const Turn& turn, int status);
 
+  // worker_core_definitions.cc: what is lacking.
+  void ask_for_definitions(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
+  void take_theta(const Turn& turn, const protocol::DefinitionPiece& piece);
+
   // worker_core_sending.cc: what goes out.
   void send_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
-  void ask_for_definitions(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void send_status(const Turn& turn);
   std::size_t num_results_max(protocol::LearnerId id) const;
+  std::size_t num_held_max() const;
   int free_slots() const;
 
   const WorkerSettings settings_;

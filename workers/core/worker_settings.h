@@ -28,6 +28,8 @@ struct WorkerSettings {
   std::size_t num_tasks_max = protocol::kTasksMax;
   std::size_t num_policies_max = protocol::kPoliciesMax;
   std::size_t definition_bytes_max = protocol::kDefinitionCacheBytesMax;
+  std::size_t num_partial_max = protocol::kPartialDefinitionsMax;
+  std::size_t partial_bytes_max = protocol::kPartialBytesMax;
   int num_strikes_max = 3;  ///< evaluators a roll-out or a definition may end before it is answered
   int num_accidents_max = 3;  ///< evaluators others may end under a roll-out before it is given up
 
@@ -37,7 +39,8 @@ struct WorkerSettings {
   Duration idle_heartbeat = protocol::kIdleHeartbeat;
   Duration repeat_interval_min = protocol::kRepeatIntervalMin;
   Duration repeat_interval_max = protocol::kRepeatIntervalMax;
-  Duration ask_interval = protocol::kAskInterval;
+  Duration ask_interval_min = protocol::kAskIntervalMin;
+  Duration ask_interval_max = protocol::kAskIntervalMax;
   Duration definition_wait_max = protocol::kDefinitionWaitMax;
   Duration drain_grace = protocol::kDrainGrace;
 

@@ -113,22 +113,22 @@ double learn(const Study& study, double& first_reward, std::size_t& num_switches
   worker::Evaluator evaluator(tasks, with_polynomials());
   const Condition& condition = study.conditions[0];
   const ContentHash task_id = content_hash(condition.task_content);
-  const auto accepted = [&](const protocol::Message& definition) {
-    return std::get<protocol::DefinitionReport>(*evaluator.handle(definition)).accepted;
+  const auto accepted = [&](const worker::DefinitionContent& definition) {
+    return evaluator.define(definition)->accepted;
   };
-  EXPECT_TRUE(accepted(protocol::TaskDefinition{1, task_id, condition.task_content}));
+  EXPECT_TRUE(accepted({{protocol::DefinitionKind::kTask, task_id}, condition.task_content}));
   explore::Exploration run(condition.exploration, *condition.start, 1, 0);
   while (!run.done()) {
     const explore::Draw draw = *run.ask();
     const std::string policy = to_json(run.policy(draw.layer));
     const ContentHash policy_id = content_hash(policy);
-    EXPECT_TRUE(accepted(protocol::PolicyDefinition{1, policy_id, policy}));
+    EXPECT_TRUE(accepted({{protocol::DefinitionKind::kPolicy, policy_id}, policy}));
     protocol::RolloutBatch batch;
     batch.rollouts.emplace_back();
     batch.rollouts[0].task_id = task_id;
     batch.rollouts[0].policy_id = policy_id;
     batch.rollouts[0].theta.assign(draw.theta.begin(), draw.theta.end());
-    const auto answer = std::get<protocol::RewardBatch>(*evaluator.handle(batch));
+    const auto answer = evaluator.answer(batch);
     const protocol::RolloutResult& result = answer.results.at(0);
     EXPECT_EQ(result.status, RolloutStatus::kOk);
     if (draw.rollout == 0) first_reward = result.reward;

@@ -137,10 +137,17 @@ plant("a dead incarnation's heartbeat renews a lease" learner/core/workforce.cc
   [[return PLANTED || h.learner_id == settings_.learner_id;]])
 
 plant("a definition request ignored" learner/core/workforce.cc
-  [[for (const ContentHash& id : request.policy_ids) publish_policy(turn, id);]]
-  [[for (const ContentHash& id : request.policy_ids) {
-    if (!PLANTED) publish_policy(turn, id);
-  }]])
+  [[    definitions_.publish_wanted(wanted, turn.now);]]
+  [[    if (!PLANTED) definitions_.publish_wanted(wanted, turn.now);]])
+
+plant("a missing piece is not asked for" workers/core/worker_core_definitions.cc
+  [[    if (!writer.add(name,]]
+  [[    if (PLANTED && !definitions_.missing_pieces(id, name).empty()) continue;
+    if (!writer.add(name,]])
+
+plant("a theta is sent whole however large" learner/core/workforce.cc
+  [[if (bytes <= settings_.batch_bytes_max) return;]]
+  [[if (PLANTED || bytes <= settings_.batch_bytes_max) return;]])
 
 plant("the journal's lag unbounded" learner/core/workforce_answers.cc
   [[num_read < batch.results.size() && !journal_is_behind();]]
