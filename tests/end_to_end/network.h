@@ -40,6 +40,9 @@ class Network {
   /// Packets lost since the last call of lose().
   std::int64_t num_lost() const;
 
+  /// From now on the host hears nothing but itself; it is heard as before.
+  void deafen(int index) const;
+
   /// Takes a host's cable out, and puts it in again.
   void cut(int index) const;
   void heal(int index) const;
