@@ -22,18 +22,21 @@ struct TaskDescription {
   /// second.
   double time_limit_s = 0;
   bool deterministic = true;  ///< the same policy gives the same reward, whatever the seed
+  /// Starting a roll-out once more while it is under way elsewhere does no harm. False for what
+  /// moves a real robot: idle evaluators are then not given what is late at others.
+  bool repeatable = true;
 
   /// False for what is no number, too.
   bool is_in_range(double reward) const { return reward >= reward_min && reward <= reward_max; }
   bool operator==(const TaskDescription&) const = default;
 };
 
-/// An object with the names of TaskDescription's members: what --describe-task prints and a worker
-/// reports of a task it accepts.
+/// An object with the names of TaskDescription's members, `repeatable` only where it is false: what
+/// --describe-task prints and a worker reports of a task it accepts.
 nlohmann::json to_json(const TaskDescription& description);
 
-/// Reads such an object from outside: all members present, of their type and within their bounds,
-/// and no others.
+/// Reads such an object from outside: all members present but `repeatable`, which is true by
+/// default, of their type and within their bounds, and no others.
 Result<TaskDescription> task_description_from_json(std::string_view text);
 
 }  // namespace treeroll

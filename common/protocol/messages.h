@@ -181,8 +181,10 @@ struct LearnerStatus {
   std::int32_t num_runs_done = 0;
   std::int32_t num_workers = 0;
   std::int32_t num_evaluators = 0;
-  std::int64_t num_rollouts = 0;  ///< budget of the study
-  std::int64_t num_issued = 0;    ///< distinct roll-outs drawn: applied + pending
+  std::int64_t num_rollouts = 0;     ///< budget of the study
+  std::int64_t num_evaluations = 0;  ///< outside the budget, of all runs
+  std::int64_t num_evaluated = 0;    ///< of these, answered
+  std::int64_t num_issued = 0;       ///< distinct roll-outs drawn: applied + pending
   std::int64_t num_applied = 0;
   std::int64_t num_pending = 0;
   std::int64_t num_late = 0;

@@ -22,7 +22,10 @@ inline constexpr Duration kRepeatIntervalMax = std::chrono::seconds(1);
 inline constexpr Duration kAskIntervalMin = std::chrono::milliseconds(5);
 inline constexpr Duration kAskIntervalMax = std::chrono::milliseconds(50);
 inline constexpr Duration kDefinitionWaitMax = std::chrono::seconds(30);
-/// A learner that is silent for so long is forgotten.
+/// A learner that is silent for so long is gone: what it has asked is given up, and the evaluators
+/// that work on it are ended.
+inline constexpr Duration kLearnerGone = std::chrono::seconds(12);
+/// A learner that is silent for so long is forgotten, and its answers with it.
 inline constexpr Duration kLearnerSilenceMax = std::chrono::seconds(60);
 /// A worker that is to end waits so long for its last answers to be acknowledged.
 inline constexpr Duration kDrainGrace = std::chrono::seconds(5);
@@ -34,6 +37,10 @@ inline constexpr Duration kLearnerStatusPeriod = std::chrono::seconds(1);
 inline constexpr Duration kWorkerAlive = std::chrono::milliseconds(600);
 /// A worker that has been silent so long has left.
 inline constexpr Duration kWorkerSilence = std::chrono::seconds(3);
+/// Between a greeting and the next to a worker that does not answer, at first.
+inline constexpr Duration kGreetingPause = std::chrono::milliseconds(100);
+/// A worker that is heard and has not answered greetings for so long is named in the log.
+inline constexpr Duration kDeafnessTold = std::chrono::seconds(3);
 /// The shortest lease of a roll-out that no worker has said it holds; and of one that it has.
 inline constexpr Duration kLeaseMin = std::chrono::milliseconds(10);
 inline constexpr Duration kHeldLeaseMin = std::chrono::seconds(1);
@@ -65,10 +72,16 @@ static_assert(kPublicationPause < kAskIntervalMin,
               "a piece may be published again by the time it is asked for again");
 static_assert(10 * kAskIntervalMax < kDefinitionWaitMax,
               "a definition is asked for many times before its roll-outs are let go");
-static_assert(10 * kLearnerStatusPeriod < kLearnerSilenceMax,
-              "a learner with nothing to give out is not forgotten for some lost messages");
-static_assert(kDefinitionWaitMax < kLearnerSilenceMax,
-              "roll-outs that wait for a definition are let go by reason, not with their learner");
+static_assert(10 * kLearnerStatusPeriod < kLearnerGone,
+              "a learner with nothing to give out is not gone for some lost messages");
+static_assert(kLearnerGone < kLearnerSilenceMax,
+              "a learner that comes back finds the answers to what it had asked");
+static_assert(kWorkerSilence < kLearnerGone,
+              "a worker that is cut off is given up by the learner before it gives up its work");
+static_assert(kGreetingPause < kIdleHeartbeat,
+              "a greeting that was lost is repeated at the next heartbeat");
+static_assert(10 * kIdleHeartbeat < kDeafnessTold,
+              "a worker that hears has said so many times before it is named as deaf");
 static_assert(2 * kRepeatIntervalMax < kDrainGrace,
               "the last answers are repeated before a worker ends without an acknowledgement");
 static_assert(kDrainGrace < kLocalWorkerGrace,

@@ -235,6 +235,8 @@ struct Fields<protocol::LearnerStatus> {
     v.count("num_workers", m.num_workers, w.num_workers);
     v.count("num_evaluators", m.num_evaluators, w.num_evaluators);
     v.count("num_rollouts", m.num_rollouts, w.num_rollouts);
+    v.count("num_evaluations", m.num_evaluations, w.num_evaluations);
+    v.count("num_evaluated", m.num_evaluated, w.num_evaluated);
     v.count("num_issued", m.num_issued, w.num_issued);
     v.count("num_applied", m.num_applied, w.num_applied);
     v.count("num_pending", m.num_pending, w.num_pending);

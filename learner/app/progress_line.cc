@@ -32,6 +32,12 @@ std::string as_time(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600);
 }
 
+std::string as_rate(double per_s) {
+  if (per_s >= 1) return fmt::format("{:.0f} roll-outs/s", per_s);
+  if (per_s >= 1. / 60) return fmt::format("{:.1f} roll-outs/min", 60 * per_s);
+  return fmt::format("{:.1f} roll-outs/h", 3600 * per_s);
+}
+
 }  // namespace
 
 ProgressLine::ProgressLine() : in_place_(has_status_line()) {}
@@ -50,25 +56,28 @@ void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
     last_shown_ = now;
     return;
   }
+  const std::int64_t num_done = status.num_applied + status.num_evaluated;
+  const std::int64_t num_in_all = status.num_rollouts + status.num_evaluations;
+  pace_.note(now, num_done, status.num_evaluators);
   if (now - *last_shown_ < period(in_place_, status.elapsed_s)) return;
-  const double rate =
-      static_cast<double>(status.num_applied - shown_applied_) / to_seconds(now - *last_shown_);
-  rate_ = shown_applied_ == 0 ? rate : rate_ + .3 * (rate - rate_);
   last_shown_ = now;
-  shown_applied_ = status.num_applied;
-  if (status.num_applied == 0) return;  // the warning above says why
-  const auto left = static_cast<double>(status.num_rollouts - status.num_applied);
-  const double share =
-      static_cast<double>(status.num_applied) / static_cast<double>(status.num_rollouts);
+  if (num_done == 0) return;  // the warning above says why
+  const double share = static_cast<double>(num_done) / static_cast<double>(num_in_all);
   const std::string text = fmt::format(
       "{} of {} roll-outs ({:.0f} %), {} of {} runs done, best {:.3f}; {} workers with {} "
-      "evaluators, "
-      "{:.0f} roll-outs/s, {} left",
-      status.num_applied, status.num_rollouts, 100. * share, status.num_runs_done, status.num_runs,
-      status.best_reward, status.num_workers, status.num_evaluators, rate_,
-      rate_ > 0 ? as_time(left / rate_) : "an unknown time");
+      "evaluators{}",
+      num_done, num_in_all, 100. * share, status.num_runs_done, status.num_runs, status.best_reward,
+      status.num_workers, status.num_evaluators, pace(num_in_all - num_done));
   if (in_place_) return show_status_line(bar(share) + text);
   spdlog::info("{}", text);
+}
+
+/// ", 313 roll-outs/s, 13 s left"; nothing while that is not known.
+std::string ProgressLine::pace(std::int64_t num_left) const {
+  const std::optional<double> per_s = pace_.per_s();
+  if (!per_s || *per_s <= 0) return "";
+  return fmt::format(", {}, {} left", as_rate(*per_s),
+                     as_time(static_cast<double>(num_left) / *per_s));
 }
 
 void ProgressLine::show(const transport::BusStatistics& bus, TimePoint now) {

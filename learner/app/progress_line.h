@@ -6,6 +6,7 @@
 #include "common/program/log.h"
 #include "common/protocol/messages.h"
 #include "common/transport/bus.h"
+#include "learner/core/pace.h"
 
 namespace treeroll {
 
@@ -24,11 +25,12 @@ class ProgressLine {
   void show(const transport::BusStatistics& bus, TimePoint now);
 
  private:
+  std::string pace(std::int64_t num_left) const;
+
   const bool in_place_;
   std::optional<TimePoint> last_shown_;
   std::optional<TimePoint> last_warned_;
-  double rate_ = 0;  // roll-outs per second, running mean
-  std::int64_t shown_applied_ = 0;
+  learner::Pace pace_;
   transport::BusStatistics shown_bus_;
   LimitedLog log_;
 };

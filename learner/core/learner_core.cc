@@ -138,7 +138,13 @@ std::optional<Answer> LearnerCore::answer_of(protocol::RolloutKey key) const {
 void LearnerCore::take(const Turn& turn, const AcceptedResult& result, int numeric_class) {
   Run& run = runs_[result.key.run];
   changed_runs_.insert(result.key.run);
+  const bool were_all_in = num_applied_ == num_rollouts_;
   num_applied_ += run.accept(result.key.number, result.outcome, numeric_class);
+  num_evaluated_ += result.key.number < 0 ? 1 : 0;
+  if (!were_all_in && num_applied_ == num_rollouts_ && at_work_since_) {
+    turn.inform("final evaluations",
+                "all roll-outs are in; what remains is to evaluate the policies they have led to");
+  }
   if (run.done()) {
     finish_run(turn, run);
   } else {

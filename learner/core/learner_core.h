@@ -103,6 +103,7 @@ class LearnerCore : private Client {
   int num_done_ = 0;
   std::int64_t num_rollouts_ = 0;     // of all runs
   std::int64_t num_applied_ = 0;      // of those
+  std::int64_t num_evaluated_ = 0;    // outside the budget
   std::optional<TimePoint> stop_at_;  // stopping, no later than this
   TimePoint started_at_;
   std::optional<TimePoint> at_work_since_;  // of this incarnation, its recovery behind it

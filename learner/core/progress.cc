@@ -97,9 +97,11 @@ void LearnerCore::publish_status(const Turn& turn) {
   status.elapsed_s = to_seconds(turn.now - started_at_);
   status.num_runs = static_cast<std::int32_t>(runs_.size());
   status.num_runs_done = num_done_;
-  status.num_workers = static_cast<std::int32_t>(workforce_.workers().all().size());
+  status.num_workers = workforce_.workers().num_joined();
   status.num_evaluators = workforce_.workers().num_evaluators();
   status.num_rollouts = num_rollouts_;
+  status.num_evaluations = static_cast<std::int64_t>(runs_.size());
+  status.num_evaluated = num_evaluated_;
   status.num_issued = now_counted.issued;
   status.num_applied = now_counted.applied;
   status.num_pending = now_counted.pending;

@@ -11,12 +11,17 @@
 #include "common/protocol/wire_sizes.h"
 #include "learner/core/batching.h"
 #include "learner/core/dispatch.h"
+#include "learner/core/hedging.h"
 
 namespace treeroll::learner {
 namespace {
 
 /// A worker that has refused a definition is asked again after this: the reason may have passed.
 constexpr Duration kRefusalLasts = std::chrono::seconds(60);
+/// Roll-outs of one task take so many times their mean, now and then.
+constexpr double kPatienceInDurations = 4;
+/// Between two looks at what idle evaluators could be given too.
+constexpr Duration kHedgeInterval = std::chrono::milliseconds(100);
 
 }  // namespace
 
@@ -65,13 +70,18 @@ std::optional<TimePoint> Workforce::next_deadline() const {
 
 void Workforce::look_after_leases(const Turn& turn) {
   for (const WorkerEntry& silent : workers_.remove_silent(turn.now)) {
-    turn.warn(
-        "workers that leave",
-        fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back", describe(silent),
-                    to_seconds(protocol::kWorkerSilence), ledger_.leases_of(silent.id).size()));
+    if (silent.joined) {
+      turn.warn(
+          "workers that leave",
+          fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back", describe(silent),
+                      to_seconds(protocol::kWorkerSilence), ledger_.leases_of(silent.id).size()));
+    }
     ledger_.take_back_all(silent.id);
   }
-  ledger_.expire(turn.now);
+  for (const Ledger::Expired& expired : ledger_.expire(turn.now)) {
+    if (expired.lease.confirmed) continue;
+    note_lost(turn.now, expired.lease.worker, expired.lease.issued_at);
+  }
 }
 
 void Workforce::remind(const Turn& turn) {
@@ -93,11 +103,18 @@ void Workforce::note_sync() {
 
 void Workforce::dispatch(const Turn& turn) {
   send_definitions(turn);  // a policy before its roll-outs, and a theta after its own
+  const DispatchFacts facts{turn.now, rollout_time_s_, &facts_, &task_times_s_};
   std::vector<Ledger::Assignment> chosen;
   if (gives_out_ && !journal_is_behind()) {
-    chosen = assign(ledger_, workers_, DispatchFacts{turn.now, rollout_time_s_, &facts_});
+    chosen = assign(ledger_, workers_, facts);
   }
   std::vector<protocol::RolloutRequest> requests = ledger_.lease(turn.now, chosen);
+  if (gives_out_ && !journal_is_behind() && turn.now >= hedge_at_) {
+    hedge_at_ = turn.now + kHedgeInterval;
+    for (const Hedge& hedge : hedges(ledger_, workers_, facts)) {
+      requests.push_back(ledger_.lease_too(turn.now, hedge.key, hedge.worker, hedge.deadline));
+    }
+  }
   for (protocol::RolloutRequest& request : requests) detach_theta(turn.now, request);
   std::vector<protocol::Acknowledgement> acknowledgements;
   for (const protocol::WorkerId id : acknowledgements_due_) {
@@ -110,7 +127,10 @@ void Workforce::dispatch(const Turn& turn) {
     batch.learner_id = settings_.learner_id;
     batch.sequence = ++last_batch_;
     for (const protocol::RolloutRequest& request : batch.rollouts) {
-      ledger_.set_batch(request.key, batch.sequence);
+      ledger_.set_batch(request.key, request.worker_id, batch.sequence);
+    }
+    for (const protocol::Acknowledgement& acknowledgement : batch.acknowledgements) {
+      workers_.find(acknowledgement.worker_id)->hearing.note_word(turn.now, batch.sequence);
     }
     turn.effects.emplace_back(SendMessage{std::move(batch)});
   }
@@ -140,16 +160,19 @@ void Workforce::detach_theta(TimePoint now, protocol::RolloutRequest& request) {
 }
 
 /// A roll-out that is open no more.
-Ledger::Entry Workforce::close(protocol::RolloutKey key) {
+Ledger::Entry Workforce::close(protocol::RolloutKey key, protocol::WorkerId from) {
   if (const auto theta = thetas_.extract(key)) {
     definitions_.release({protocol::DefinitionKind::kTheta, theta.mapped()});
   }
-  return ledger_.close(key);
+  return ledger_.close(key, from);
 }
 
 /// The entry of a worker that has said something; null if there is room for no more workers.
 WorkerEntry* Workforce::hear(const Turn& turn, protocol::WorkerId id) {
   WorkerEntry* worker = workers_.hear(id, turn.now);
+  if (worker != nullptr && worker->hearing.greeting_due(turn.now)) {
+    acknowledgements_due_.insert(id);  // it has nothing to acknowledge, perhaps: it is a word to it
+  }
   if (worker || refuses_workers_) return worker;
   refuses_workers_ = true;
   turn.warn(
@@ -172,20 +195,38 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
   worker->free_slots = status.free_slots;
   worker->receive_buffer_bytes = status.receive_buffer_bytes;
   worker->draining = status.draining;
-  if (is_new) {
-    turn.inform("workers that join", fmt::format("{} has joined with {} evaluators",
-                                                 describe(*worker), worker->num_evaluators));
-    publish_undescribed_tasks(turn.now);
-  }
-  if (starts_draining) {
+  if (is_new) publish_undescribed_tasks(turn.now);
+  if (starts_draining && worker->joined) {
     turn.inform("workers that drain", fmt::format("{} takes no more roll-outs", describe(*worker)));
   }
   const auto held = std::find_if(
       status.held.begin(), status.held.end(),
       [this](const protocol::HeldRollouts& h) { return h.learner_id == settings_.learner_id; });
+  note_echo(turn, *worker, held == status.held.end() ? 0 : held->last_batch);
   if (held == status.held.end()) return;
-  extend_leases(turn.now, *worker, held->keys);
+  confirm_leases(turn.now, *worker, held->last_batch, held->keys);
   if (held->last_index <= worker->last_index_read) reconcile(turn.now, *worker, *held);
+}
+
+/// What it has heard of us: whether it hears us.
+void Workforce::note_echo(const Turn& turn, WorkerEntry& worker, std::int64_t last_batch) {
+  const bool hears_now = worker.hearing.note_echo(last_batch);
+  if (hears_now && !std::exchange(worker.joined, true)) {
+    turn.inform("workers that join", fmt::format("{} has joined with {} evaluators",
+                                                 describe(worker), worker.num_evaluators));
+  }
+  if (worker.hearing.deafness_to_tell(turn.now)) {
+    turn.warn("workers that do not answer",
+              fmt::format("{} is heard but does not answer: is UDP blocked towards it?",
+                          describe(worker)));
+  }
+}
+
+/// A lease that its worker has neither confirmed nor answered.
+void Workforce::note_lost(TimePoint now, protocol::WorkerId id, TimePoint issued_at) {
+  WorkerEntry* worker = workers_.find(id);
+  const bool is_doubted = worker != nullptr && worker->hearing.note_lost(now, issued_at);
+  if (is_doubted) ledger_.take_back_unconfirmed(id);
 }
 
 void Workforce::on(const Turn& turn, const protocol::DefinitionRequest& request) {
@@ -227,7 +268,8 @@ void Workforce::refuse(const Turn& turn, WorkerEntry& worker, const ContentHash&
   const std::set<protocol::RolloutKey> leases = ledger_.leases_of(worker.id);
   for (const protocol::RolloutKey key : leases) {
     const Question& question = ledger_.find(key)->question;
-    if (question.task_id == definition || question.policy_id == definition) ledger_.take_back(key);
+    const bool needs_it = question.task_id == definition || question.policy_id == definition;
+    if (needs_it) ledger_.take_back(key, worker.id);
   }
 }
 
@@ -240,6 +282,20 @@ void Workforce::publish_undescribed_tasks(TimePoint now) {
 const TaskDescription* Workforce::facts_of(const ContentHash& task_id) const {
   const auto known = facts_.find(task_id);
   return known == facts_.end() ? nullptr : &known->second;
+}
+
+Duration Workforce::patience() const {
+  double patience_s = 0;
+  for (const ContentHash& id : task_ids_) {
+    const auto time = task_times_s_.find(id);
+    const TaskDescription* facts = facts_of(id);
+    if (time != task_times_s_.end()) {
+      patience_s = std::max(patience_s, kPatienceInDurations * time->second);
+    } else if (facts != nullptr) {
+      patience_s = std::max(patience_s, facts->time_limit_s);
+    }
+  }
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(patience_s));
 }
 
 std::optional<std::string> Workforce::refused_by_all(const ContentHash& definition) const {

@@ -78,6 +78,9 @@ class Workforce {
   const TaskDescription* facts_of(const ContentHash& task_id) const;
   /// Why no usable worker takes this definition; nothing if one does.
   std::optional<std::string> refused_by_all(const ContentHash& definition) const;
+  /// For how long no answer need come although all is well: by what the tasks in work have taken,
+  /// by their limits while that is not known.
+  Duration patience() const;
   /// An answer was accepted, or the start.
   TimePoint last_progress() const { return last_progress_; }
   std::int64_t num_unsynced() const { return num_unsynced_; }
@@ -89,6 +92,7 @@ class Workforce {
   void on(const Turn& turn, const protocol::DefinitionRequest& request);
   void on(const Turn& turn, const protocol::DefinitionReport& report);
   WorkerEntry* hear(const Turn& turn, protocol::WorkerId id);
+  void note_echo(const Turn& turn, WorkerEntry& worker, std::int64_t last_batch);
   void refuse(const Turn& turn, WorkerEntry& worker, const ContentHash& definition,
               const std::string& reason);
   static protocol::DefinitionName task_name(const ContentHash& id) {
@@ -100,7 +104,7 @@ class Workforce {
   void send_definitions(const Turn& turn);
   void publish_undescribed_tasks(TimePoint now);
   void detach_theta(TimePoint now, protocol::RolloutRequest& request);
-  Ledger::Entry close(protocol::RolloutKey key);
+  Ledger::Entry close(protocol::RolloutKey key, protocol::WorkerId from = 0);
 
   // workforce_answers.cc: what they answer.
   void on(const Turn& turn, const protocol::RewardBatch& batch);
@@ -112,9 +116,10 @@ class Workforce {
   void note_timing(TimePoint now, WorkerEntry& worker, const protocol::RolloutResult& result,
                    const Ledger::Entry& entry);
   bool answers_open_question(const protocol::RolloutResult& result) const;
-  void extend_leases(TimePoint now, const WorkerEntry& worker,
-                     const std::vector<protocol::RolloutKey>& held);
-  void reconcile(TimePoint now, const WorkerEntry& worker, const protocol::HeldRollouts& held);
+  void confirm_leases(TimePoint now, WorkerEntry& worker, std::int64_t last_batch,
+                      const std::vector<protocol::RolloutKey>& held);
+  void reconcile(TimePoint now, WorkerEntry& worker, const protocol::HeldRollouts& held);
+  void note_lost(TimePoint now, protocol::WorkerId worker, TimePoint issued_at);
   int numeric_class(const std::string& name);
 
   LearnerSettings settings_;
@@ -128,12 +133,14 @@ class Workforce {
   std::set<protocol::WorkerId> answers_unsynced_;      // have answered what is not yet synced
   std::set<protocol::WorkerId> acknowledgements_due_;  // with the next message
   std::map<std::string, int> numeric_classes_;
-  std::int64_t last_batch_ = 0;    // sequence of the last message sent
-  double rollout_time_s_ = 0;      // running mean over all answers
-  std::int64_t num_unsynced_ = 0;  // accepted, and perhaps not on stable storage
+  std::int64_t last_batch_ = 0;                 // sequence of the last message sent
+  double rollout_time_s_ = 0;                   // running mean over all answers
+  std::map<ContentHash, double> task_times_s_;  // the same, by task
+  std::int64_t num_unsynced_ = 0;               // accepted, and perhaps not on stable storage
   bool gives_out_ = true;
   bool refuses_workers_ = false;  // has said so, since there was room for one
   TimePoint last_progress_;
+  TimePoint hedge_at_;  // not before
 };
 
 }  // namespace treeroll::learner

@@ -26,6 +26,8 @@ void Workforce::on(const Turn& turn, const protocol::RewardBatch& batch) {
     // A repetition is looked at only if it answers what is still open: no index, however wrong,
     // can keep an answer out.
     if (index <= worker->highest_index_seen && !answers_open_question(result)) continue;
+    ledger_.forget_copy(result.key, worker->id);
+    worker->late = false;
     accept(turn, *worker, result);
     worker->highest_index_seen = std::max(worker->highest_index_seen, index);
   }
@@ -68,8 +70,9 @@ void Workforce::accept(const Turn& turn, WorkerEntry& worker,
     return distrust(turn, worker, result, *facts);
 
   note_timing(turn.now, worker, result, *open);
-  const Ledger::Entry entry = close(key);
-  if (!entry.lease || entry.lease->worker != worker.id) ++ledger_.counters.late;
+  const Ledger::Entry entry = close(key, worker.id);
+  if (!entry.lease_of(worker.id)) ++ledger_.counters.late;
+  worker.hearing.note_confirmed();
   ++worker.num_accepted;
   last_progress_ = turn.now;
   const AcceptedResult accepted{key, result.content, outcome, worker.id};
@@ -113,11 +116,14 @@ void Workforce::distrust(const Turn& turn, WorkerEntry& worker,
 void Workforce::note_timing(TimePoint now, WorkerEntry& worker,
                             const protocol::RolloutResult& result, const Ledger::Entry& entry) {
   const double duration_s = static_cast<double>(result.duration_ns) * 1e-9;
-  rollout_time_s_ = rollout_time_s_ == 0
-                        ? duration_s
-                        : rollout_time_s_ + kTimingWeight * (duration_s - rollout_time_s_);
-  if (!entry.lease || entry.lease->worker != worker.id) return;
-  const double answer_s = to_seconds(now - entry.lease->issued_at);
+  const auto follow = [duration_s](double& mean_s) {
+    mean_s = mean_s == 0 ? duration_s : mean_s + kTimingWeight * (duration_s - mean_s);
+  };
+  follow(rollout_time_s_);
+  follow(task_times_s_[entry.question.task_id]);
+  const Ledger::Lease* lease = entry.lease_of(worker.id);
+  if (!lease) return;
+  const double answer_s = to_seconds(now - lease->issued_at);
   double& median_s = worker.answer_time_s ? *worker.answer_time_s
                                           : worker.answer_time_s.emplace(std::max(answer_s, 1e-6));
   // The median, in small steps: answers that were lost at first come late and would stretch a mean.
@@ -129,25 +135,41 @@ bool Workforce::answers_open_question(const protocol::RolloutResult& result) con
   return open && open->question.content == result.content;
 }
 
-void Workforce::extend_leases(TimePoint now, const WorkerEntry& worker,
-                              const std::vector<protocol::RolloutKey>& held) {
+/// What it says it holds. Of a lease it cannot have read yet, an old word says nothing.
+void Workforce::confirm_leases(TimePoint now, WorkerEntry& worker, std::int64_t last_batch,
+                               const std::vector<protocol::RolloutKey>& held) {
   const Duration lease =
       lease_duration(worker, ledger_.leases_of(worker.id).size(), rollout_time_s_);
   const TimePoint extended = now + std::max(protocol::kHeldLeaseMin, lease);
-  for (const protocol::RolloutKey key : held) ledger_.extend(key, worker.id, extended);
+  for (const protocol::RolloutKey key : held) {
+    const Ledger::Entry* entry = ledger_.find(key);
+    const Ledger::Lease* of_worker = entry ? entry->lease_of(worker.id) : nullptr;
+    if (!of_worker || of_worker->batch > last_batch) continue;
+    if (ledger_.confirm(key, worker.id, extended)) worker.hearing.note_confirmed();
+  }
 }
 
 /// Leases of requests that were lost on the way: the worker has seen a later message, all its
 /// answers are in, and it holds neither the roll-out nor an answer to it.
-void Workforce::reconcile(TimePoint now, const WorkerEntry& worker,
-                          const protocol::HeldRollouts& held) {
-  extend_leases(now, worker, held.keys);
+void Workforce::reconcile(TimePoint now, WorkerEntry& worker, const protocol::HeldRollouts& held) {
+  confirm_leases(now, worker, held.last_batch, held.keys);
   const std::set<protocol::RolloutKey> holds(held.keys.begin(), held.keys.end());
+  // Of keys outside of the slice another message speaks.
+  const auto is_without = [&](protocol::RolloutKey key, std::int64_t batch) {
+    return held.first <= key && key <= held.last && !holds.contains(key) &&
+           batch <= held.last_batch;
+  };
   const std::set<protocol::RolloutKey> leases = ledger_.leases_of(worker.id);
   for (const protocol::RolloutKey key : leases) {
-    if (key < held.first || key > held.last) continue;  // another message speaks of it
-    const bool lost = !holds.contains(key) && ledger_.find(key)->lease->batch <= held.last_batch;
-    if (lost) ledger_.take_back_lost(key);
+    const Ledger::Lease* found = ledger_.find(key)->lease_of(worker.id);
+    if (!found || !is_without(key, found->batch)) continue;
+    const Ledger::Lease lost = *found;
+    ledger_.take_back_lost(key, worker.id);
+    if (!lost.confirmed) note_lost(now, worker.id, lost.issued_at);
+  }
+  const std::map<protocol::RolloutKey, std::int64_t> copies = ledger_.copies_at(worker.id);
+  for (const auto& [key, batch] : copies) {
+    if (is_without(key, batch)) ledger_.forget_copy(key, worker.id);
   }
 }
 

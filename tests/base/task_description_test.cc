@@ -39,13 +39,23 @@ TEST(TaskDescriptionTest, IsReadAsItWasWritten) {
   EXPECT_EQ(*read, kDescription);
 }
 
+TEST(TaskDescriptionTest, SaysThatItMustNotBeStartedTwiceOnlyWhereThatIsSo) {
+  EXPECT_FALSE(to_json(kDescription).contains("repeatable"));
+  TaskDescription robot = kDescription;
+  robot.repeatable = false;
+  const Result<TaskDescription> read = task_description_from_json(to_json(robot).dump());
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(*read, robot);
+}
+
 TEST(TaskDescriptionTest, IsRefusedWithTheMemberThatBreaksItsRule) {
   const std::vector<std::pair<const char*, json>> broken = {
       {"input_dim", 0},     {"input_dim", kTaskDimMax + 1},
       {"output_dim", 0},    {"output_dim", 1.5},
       {"reward_min", -.1},  {"reward_max", .4},
       {"time_limit_s", 0},  {"time_limit_s", 2e6},
-      {"deterministic", 1}, {"other", 1}};
+      {"deterministic", 1}, {"repeatable", 1},
+      {"other", 1}};
   for (const auto& [key, value] : broken) {
     EXPECT_NE(error_with(key, value).find(std::string("description.") + key), std::string::npos)
         << key << " = " << value << ": " << error_with(key, value);

@@ -161,6 +161,13 @@ std::int64_t Network::sum_of_counters(const std::string& table) const {
   return sum;
 }
 
+void Network::deafen(int index) const {
+  must_run(
+      "nft 'table ip deaf { chain input {"
+      "  type filter hook input priority 0; iif lo accept; counter drop; }; };'",
+      host(index));
+}
+
 void Network::cut(int index) const {
   must_run(fmt::format("ip link set port{} down", index), bridge_);
 }

@@ -46,6 +46,8 @@ class Network {
   std::int64_t num_fragments() const;
   /// Sends one datagram of so many bytes from host 0 to host 1.
   void send_datagram(int num_bytes) const;
+  /// From now on the host hears nothing but itself; it is heard as before.
+  void deafen(int index) const;
 
   /// Takes a host's cable out, and puts it in again.
   void cut(int index) const;

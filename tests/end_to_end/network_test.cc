@@ -105,6 +105,12 @@ std::string synthetic_study(int rollouts, int duration_us) {
   return synthetic(12, rollouts, fmt::format("duration_us = {}", duration_us));
 }
 
+std::string patient_study(int rollouts, std::int64_t duration_us) {
+  return synthetic(
+      12, rollouts,
+      fmt::format("duration_us = {}\nmode = \"sleep\"\ntime_limit_s = 10000", duration_us));
+}
+
 std::string sleeping_study(int rollouts, int duration_us, int seed) {
   return synthetic(
       seed, rollouts,

@@ -48,13 +48,13 @@ inline Study small_study(int num_rollouts, int repetitions, int in_flight = 1) {
 /// a delay, some lost.
 class Cluster {
  public:
-  explicit Cluster(Study study, bool knows_task = true) {
+  explicit Cluster(Study study, bool knows_task = true, bool repeatable = true) {
     LearnerSettings settings;
     settings.learner_id = kLearner;
     settings.batch_bytes_max = 60000;
     if (knows_task) {
       settings.known_tasks[study.conditions[0].task_content] =
-          TaskDescription{1, 1, 0, 1, 10, true};
+          TaskDescription{1, 1, 0, 1, 10, true, repeatable};
     }
     core = std::make_unique<LearnerCore>(std::move(study), settings);
   }

@@ -55,7 +55,9 @@ class FakeWorker {
                                                       refusal.empty(),
                                                       refusal.empty() ? kDescription : refusal});
     } else if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
+      const bool is_first = last_batch_ == 0;
       last_batch_ = std::max(last_batch_, batch->sequence);
+      if (is_first) replies.emplace_back(status(batch->learner_id));
       for (const protocol::Acknowledgement& ack : batch->acknowledgements) {
         if (ack.worker_id != id_) continue;
         while (!unacknowledged_.empty() && first_index_ <= ack.result_index) {

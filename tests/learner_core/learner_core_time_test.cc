@@ -128,7 +128,7 @@ TEST(LearnerCoreTimeTest,
 TEST(LearnerCoreTimeTest, ResultsThatAreHeldWhenTheTimeIsUpAreToldOnceTheLowerOnesAreIn) {
   Study study = small_study(1000, 1, 4);
   study.stop_after = kTime;
-  Cluster cluster(study);
+  Cluster cluster(study, /*knows_task=*/true, /*repeatable=*/false);
   cluster.add_worker(1, seconds(60));  // has the first
   cluster.start();
   cluster.run(milliseconds(10));

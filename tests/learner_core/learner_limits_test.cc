@@ -163,7 +163,12 @@ TEST(LearnerLimitsTest, AThousandWorkersThatComeAndGoAreAFewLinesOfTheLog) {
   Cluster cluster(small_study(10, 1));
   cluster.start();
   for (int id = 1; id <= 1000; ++id) {
-    cluster.give(FakeWorker(id, milliseconds(1)).status(Cluster::kLearner));
+    FakeWorker worker(id, milliseconds(1));
+    cluster.give(worker.status(Cluster::kLearner));
+    const protocol::Message greeting = cluster.sent.back();
+    for (const protocol::Message& reply : worker.receive(greeting, cluster.now)) {
+      cluster.give(reply);
+    }
   }
   cluster.run(seconds(65));
   EXPECT_EQ(cluster.log.size(), 2U * (LogLimiter::kLinesMax + 1));

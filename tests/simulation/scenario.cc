@@ -20,7 +20,8 @@ enum Purpose : std::uint32_t {
   kTimeDice = 6,
   kLimitDice = 7,
   kDyingDice = 8,
-  kSizeDice = 9
+  kSizeDice = 9,
+  kLastingDice = 10,
 };
 
 /// A tree of two or three layers, most of them left as soon as they may be.
@@ -136,6 +137,35 @@ void make_large(Dice& dice, Study& study) {
   }
 }
 
+/// What does not end by itself: one host of several, or one learner of two, for ever.
+void draw_lasting_fault(Dice& dice, Scenario& scenario) {
+  using Kind = Incident::Kind;
+  Incident incident{
+      .kind = Kind::kPlayback, .time = {}, .length = {}, .speed = dice.chance(.5) ? 1. : 10.};
+  const int num_workers = static_cast<int>(scenario.workers.size());
+  const int num_learners = static_cast<int>(scenario.studies.size());
+  const int kind = dice.between(0, 3);
+  if (kind == 1 && num_workers > 1) {
+    incident.kind = Kind::kWorkerDeaf;
+    incident.slot = dice.between(0, num_workers - 1);
+  } else if (kind == 2 && num_workers > 1) {
+    incident.kind = Kind::kEvaluatorsStuck;
+    incident.slot = dice.between(0, num_workers - 1);
+    scenario.task.hanging = 0;  // hours of it would tell nothing
+    scenario.task.time_limit = std::chrono::hours(1);
+  } else if (kind == 3 && num_learners > 1) {
+    incident.kind = Kind::kLearnerDies;
+    incident.slot = dice.between(0, num_learners - 1);
+    scenario.task.hanging = 0;
+    scenario.task.time_limit = std::chrono::hours(1);
+    scenario.task.duration_min = seconds(5);
+    scenario.task.duration_max = seconds(20);
+    for (Study& study : scenario.studies) study.repetitions = 1;
+  }
+  incident.time = TimePoint(dice.between(Duration{}, expected_length(scenario)));
+  scenario.incidents.push_back(incident);
+}
+
 }  // namespace
 
 PolicyPtr wide_policy(int num_first, int num_last) {
@@ -182,6 +212,8 @@ Scenario scenario_of(std::uint64_t seed) {
   }
   draw_task_faults(dice, scenario.task);
   draw_network_faults(dice, scenario.network);
+  Dice lasting(seed, kLastingDice);
+  if (lasting.chance(.15)) draw_lasting_fault(lasting, scenario);
   const Duration length = expected_length(scenario);
   if (dice.chance(.4)) {
     for (WorkerPlan& worker : scenario.workers) {

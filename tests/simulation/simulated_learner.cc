@@ -20,7 +20,8 @@ learner::LearnerSettings learner_settings(const Scenario& scenario, protocol::Le
   settings.batch_bytes_max = scenario.batch_bytes_max;
   settings.unsynced_results_max = scenario.unsynced_results_max;
   if (scenario.knows_task) {
-    settings.known_tasks[kTaskContent] = *task_description_from_json(kTaskDescription);
+    settings.known_tasks[kTaskContent] =
+        *task_description_from_json(task_description(scenario.task));
   }
   return settings;
 }
@@ -258,6 +259,8 @@ void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
   }
   for (const protocol::RolloutRequest& request : batch.rollouts) {
     const protocol::RolloutKey key = request.key;
+    observer_.require(hearing_.contains(request.worker_id),
+                      "a roll-out is leased to a worker that has not said that it hears");
     observer_.require(!answered_.contains(key), "an answered roll-out is asked for");
     const explore::ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
     const int applied = num_applied_[static_cast<std::size_t>(key.run)];
@@ -273,6 +276,7 @@ void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
     open_.insert(key);
   }
   for (const protocol::Acknowledgement& acknowledgement : batch.acknowledgements) {
+    greeted_.try_emplace(acknowledgement.worker_id, batch.sequence);
     auto& answers = observer_.answers[{acknowledgement.worker_id, id_}];
     while (!answers.empty() && answers.begin()->first <= acknowledgement.result_index) {
       observer_.require(synced_.contains(answers.begin()->second),
@@ -332,12 +336,16 @@ void SimulatedLearner::check_lost_requests(const protocol::WorkerStatus& status)
   const auto held = std::find_if(status.held.begin(), status.held.end(),
                                  [this](const auto& of) { return of.learner_id == id_; });
   if (held == status.held.end()) return;
+  const auto greeted = greeted_.find(status.worker_id);
+  if (greeted != greeted_.end() && held->last_batch >= greeted->second) {
+    hearing_.insert(status.worker_id);
+  }
   if (held->last_index > heard_[status.worker_id].last_result) return;
   for (const protocol::RolloutKey key : open_) {
     if (key < held->first || key > held->last) continue;
     const learner::Ledger::Entry* entry = core_.ledger().find(key);
-    const bool stays = entry && entry->lease && entry->lease->worker == status.worker_id &&
-                       entry->lease->batch <= held->last_batch;
+    const learner::Ledger::Lease* lease = entry ? entry->lease_of(status.worker_id) : nullptr;
+    const bool stays = lease && lease->batch <= held->last_batch;
     observer_.require(
         !stays || std::find(held->keys.begin(), held->keys.end(), key) != held->keys.end(),
         "a roll-out stays leased to a worker that says it does not have it");
@@ -348,10 +356,11 @@ void SimulatedLearner::check_leases_of_the_silent() {
   if (dead_ || core_.outcome() != learner::LearnerCore::Outcome::kRunning) return;
   for (const protocol::RolloutKey key : open_) {
     const learner::Ledger::Entry* entry = core_.ledger().find(key);
-    if (!entry || !entry->lease) continue;
-    observer_.require(
-        heard_[entry->lease->worker].time + protocol::kWorkerSilence > schedule_.now(),
-        "a roll-out stays leased to a worker that has left");
+    if (!entry) continue;
+    for (const learner::Ledger::Lease& lease : entry->leases) {
+      observer_.require(heard_[lease.worker].time + protocol::kWorkerSilence > schedule_.now(),
+                        "a roll-out stays leased to a worker that has left");
+    }
   }
 }
 

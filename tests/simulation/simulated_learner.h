@@ -112,6 +112,8 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   std::optional<LearningTime> unwritten_time_;  ///< appended, in this process alone
   std::optional<std::vector<int>> ends_;  ///< num_applied_ when the journal said the time is up
   std::map<protocol::WorkerId, Heard> heard_;
+  std::map<protocol::WorkerId, std::int64_t> greeted_;  ///< in the batch of this sequence
+  std::set<protocol::WorkerId> hearing_;                ///< have said that they had read that
 };
 
 }  // namespace treeroll::simulation

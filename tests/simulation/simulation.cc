@@ -64,6 +64,7 @@ Simulation::Simulation(const Scenario& scenario)
       learners_(scenario.studies.size()),
       workers_(scenario.workers.size()),
       generations_(scenario.workers.size()),
+      stuck_(scenario.workers.size()),
       absence_(scenario.workers.size()) {}
 
 void Simulation::run() {
@@ -121,6 +122,10 @@ void Simulation::start_learner(int index) {
 void Simulation::restart_learner(int index) {
   LearnerSlot& slot = learners_[static_cast<std::size_t>(index)];
   slot.process.reset();
+  if (slot.dies) {
+    ++num_done_;
+    return;
+  }
   schedule_.after(slot.absence, [this, index] { start_learner(index); });
 }
 
@@ -149,6 +154,7 @@ void Simulation::start_worker(int slot) {
                                           remove_worker(slot, absence_[place]);
                                       });
                                     }});
+  if (stuck_[place]) workers_[place]->stick();
   workers_[place]->start();
 }
 
@@ -180,16 +186,28 @@ void Simulation::strike_worker(const Incident& incident) {
     case Kind::kWorkerStop:
       if (!worker) return;
       observer_.count("workers stopped for a while");
-      return worker->stop_until(end);
+      return worker->stop_for(incident.length);
     case Kind::kEvaluatorsKilled:
       if (worker) worker->kill_evaluators();
       return;
     case Kind::kEvaluatorsDying:
       if (worker) worker->kill_evaluators_until(end);
       return;
+    case Kind::kWorkerDeaf:
+      observer_.count("workers deaf for ever");
+      return network_.deafen(incident.slot);
+    case Kind::kEvaluatorsStuck:
+      observer_.count("workers stuck for ever");
+      stuck_[place] = true;
+      if (worker) worker->stick();
+      return;
+    case Kind::kPlayback:
+      observer_.count("recordings played");
+      return network_.play_back(incident.speed);
     case Kind::kPartition:
       observer_.count("partitions");
       return network_.cut(incident.slot, end);
+    case Kind::kLearnerDies:
     case Kind::kLearnerCrash:
     case Kind::kLearnerExit:
     case Kind::kLearnerStop:
@@ -205,6 +223,11 @@ void Simulation::strike_learner(const Incident& incident) {
     return slot.process->stop_until(schedule_.now() + incident.length);
   }
   slot.absence = incident.length;
+  if (incident.kind == Kind::kLearnerDies) {
+    observer_.count("learners that never come back");
+    slot.dies = true;
+    return slot.process->crash_at_next_effect();
+  }
   if (incident.kind == Kind::kLearnerCrash) return slot.process->crash_at_next_effect();
   observer_.count("learner asked to stop");
   slot.process->stop();
@@ -213,7 +236,15 @@ void Simulation::strike_learner(const Incident& incident) {
 Duration Simulation::patience() const {
   // A roll-out that hangs takes three evaluators, each blocked for twice its limit and a second
   // after it has computed; four times as long is a lease that was lost together with its worker.
-  const Duration hanging = 5 * 3 * (scenario_.task.duration_max + 2 * kTaskTimeLimit + seconds(1));
+  const Duration hanging =
+      5 * 3 * (scenario_.task.duration_max + 2 * scenario_.task.time_limit + seconds(1));
+  // A roll-out that is held for ever is given to another worker after a second or four durations,
+  // a deaf worker may have it for some leases.
+  const bool lasting = std::any_of(
+      scenario_.incidents.begin(), scenario_.incidents.end(), [](const Incident& incident) {
+        return incident.kind == Kind::kEvaluatorsStuck || incident.kind == Kind::kWorkerDeaf;
+      });
+  const Duration held = lasting ? 3 * (seconds(1) + 4 * scenario_.task.duration_max) : Duration{};
   Duration sum = seconds(60);
   const VirtualTask task(scenario_.seed, scenario_.task);
   for (const Study& study : scenario_.studies) {
@@ -223,7 +254,7 @@ Duration Simulation::patience() const {
         sum += task.fate({run, number}) == Fate::kHangs
                    ? hanging
                    : 4 * scenario_.task.duration_max + 2 * scenario_.network.delay_max +
-                         std::chrono::milliseconds(20);
+                         std::chrono::milliseconds(20) + held;
       }
     }
   }

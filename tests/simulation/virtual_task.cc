@@ -6,8 +6,11 @@
 namespace treeroll::simulation {
 
 const char* const kTaskContent = R"({"name":"bump","settings":{}})";
-const char* const kTaskDescription =
-    R"({"deterministic":true,"input_dim":1,"output_dim":1,"reward_max":1.0,"reward_min":0.0,"time_limit_s":0.4})";
+
+std::string task_description(const TaskBehaviour& behaviour) {
+  return R"({"deterministic":true,"input_dim":1,"output_dim":1,"reward_max":1.0,"reward_min":0.0,"time_limit_s":)" +
+         std::to_string(to_seconds(behaviour.time_limit)) + "}";
+}
 
 Fate VirtualTask::fate(protocol::RolloutKey key) const {
   Dice dice(seed_, 1000 + static_cast<std::uint32_t>(key.run),

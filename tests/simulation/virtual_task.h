@@ -18,11 +18,11 @@ struct TaskBehaviour {
   double hanging = 0;   ///< run past the task's time limit
   double diverging = 0;
   double flaky = 0;  ///< end two evaluators of a worker, then succeed
+  Duration time_limit = std::chrono::milliseconds(400);
 };
 
-inline constexpr Duration kTaskTimeLimit = std::chrono::milliseconds(400);
 extern const char* const kTaskContent;
-extern const char* const kTaskDescription;
+std::string task_description(const TaskBehaviour& behaviour);
 
 enum class Fate { kFine, kCrashes, kHangs, kDiverges, kFlaky };
 

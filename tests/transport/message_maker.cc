@@ -149,9 +149,9 @@ LearnerStatus MessageMaker::learner_status() {
   for (auto* field : {&m.num_runs, &m.num_runs_done, &m.num_workers, &m.num_evaluators}) {
     *field = count<std::int32_t>();
   }
-  for (auto* field :
-       {&m.num_rollouts, &m.num_issued, &m.num_applied, &m.num_pending, &m.num_late,
-        &m.num_duplicate, &m.num_failed, &m.num_rejected, &m.num_reissued, &m.num_conflicting}) {
+  for (auto* field : {&m.num_rollouts, &m.num_evaluations, &m.num_evaluated, &m.num_issued,
+                      &m.num_applied, &m.num_pending, &m.num_late, &m.num_duplicate, &m.num_failed,
+                      &m.num_rejected, &m.num_reissued, &m.num_conflicting}) {
     *field = count<std::int64_t>();
   }
   m.best_reward = number();

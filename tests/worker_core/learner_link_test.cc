@@ -35,6 +35,8 @@ TEST_F(LearnerLinkTest, RepeatsEverMoreSeldomUntilSomethingIsAcknowledged) {
   link_.on_acknowledged(now_, true);
   EXPECT_EQ(link_.next_deadline(), now_ + settings_.repeat_interval_min);
   link_.on_acknowledged(now_, false);
+  EXPECT_EQ(link_.next_deadline(), now_ + settings_.learner_gone);
+  link_.give_up();
   EXPECT_EQ(link_.next_deadline(), now_ + settings_.learner_silence_max);
 }
 

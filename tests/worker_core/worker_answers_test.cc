@@ -230,17 +230,71 @@ TEST(WorkerAnswersTest, ForgetsALearnerThatHasBeenSilentForAMinute) {
   stage.ask({stage.request(1), stage.request(2)});
   stage.finish(0);
   stage.pass(61s);
+  stage.die(0, Death::kForeignSignal);  // it had roll-out 2, nobody's now
   stage.clear();
   const auto status = stage.status();
   EXPECT_THAT(status.held, IsEmpty());
   EXPECT_EQ(status.free_slots, 64);
   EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
-  stage.finish(0);  // roll-out 2, nobody's now
-  EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
   // Back again, it is asked anew, and its indices go on.
   stage.ask({stage.request(1)});
   stage.finish(0);
   EXPECT_EQ(stage.sent<RewardBatch>().at(0).first_index, 2);
+}
+
+TEST(WorkerAnswersTest, GivesUpTheWorkOfALearnerThatIsGoneAndEndsTheEvaluatorsThatDoIt) {
+  Stage stage(2);
+  stage.task_facts.time_limit = 1000s;
+  stage.define();
+  stage.ask({stage.request(1), stage.request(2)});
+  stage.ask({stage.request(3)}, 2);  // another learner waits for an evaluator
+  stage.pass(11s);
+  stage.step(MessageReceived{protocol::RolloutBatch{2, 2, {}, {}}});
+  EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
+  stage.pass(2s);
+  EXPECT_THAT(stage.effects<KillEvaluator>(), SizeIs(2));
+  const auto held = stage.status().held;
+  ASSERT_THAT(held, SizeIs(2)) << "its answers are kept yet";
+  EXPECT_THAT(held[0].keys, IsEmpty());
+  EXPECT_THAT(held[1].keys, SizeIs(1));
+  stage.clear();
+  stage.die(0, Death::kForeignSignal);
+  ASSERT_THAT(stage.effects<RunRollout>(), SizeIs(1)) << "its evaluator is started at once";
+  EXPECT_EQ(stage.effects<RunRollout>()[0].request.key.number, 3);
+}
+
+TEST(WorkerAnswersTest, SaysAtOnceThatItHearsALearnerThatStartsOrGreetsIt) {
+  Stage stage;
+  stage.clear();
+  stage.step(MessageReceived{protocol::TaskDefinition{kLearner, content_hash(kTask), kTask}});
+  ASSERT_THAT(stage.sent<protocol::WorkerStatus>(), SizeIs(1));
+  EXPECT_THAT(stage.sent<protocol::WorkerStatus>()[0].held, IsEmpty()) << "nobody has greeted it";
+  stage.clear();
+  stage.step(MessageReceived{protocol::RolloutBatch{kLearner, 7, {}, {{kMe + 1, 0}}}});
+  EXPECT_THAT(stage.sent<protocol::WorkerStatus>(), IsEmpty()) << "another one was greeted";
+  stage.step(MessageReceived{protocol::RolloutBatch{kLearner, 8, {}, {{kMe, 0}}}});
+  ASSERT_THAT(stage.sent<protocol::WorkerStatus>(), SizeIs(1));
+  ASSERT_THAT(stage.sent<protocol::WorkerStatus>()[0].held, SizeIs(1));
+  EXPECT_EQ(stage.sent<protocol::WorkerStatus>()[0].held[0].last_batch, 8);
+  stage.clear();
+  stage.step(MessageReceived{protocol::RolloutBatch{kLearner, 9, {}, {{kMe, 0}}}});
+  EXPECT_THAT(stage.sent<protocol::WorkerStatus>(), IsEmpty()) << "the next heartbeat will do";
+}
+
+TEST(WorkerAnswersTest, DoesNothingThatARecordingOfAForgottenLearnerAsks) {
+  Stage stage;
+  stage.define();
+  const protocol::RolloutBatch recorded{kLearner, 5, {stage.request(1)}, {}};
+  stage.step(MessageReceived{recorded});
+  stage.finish(0);
+  stage.pass(61s);
+  stage.clear();
+  stage.step(MessageReceived{recorded});
+  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage.status().held, IsEmpty());
+  stage.sequence = 5;
+  stage.ask({stage.request(1)});  // the learner itself, back again
+  EXPECT_THAT(stage.effects<RunRollout>(), SizeIs(1));
 }
 
 TEST(WorkerAnswersTest, ALearnersStatusIsAWordToo) {

@@ -169,7 +169,7 @@ Duration work(Stage& stage, double share, Duration end) {
 }
 
 TEST(WorkerEvaluatorsTest, OneThatSleepsIsKilledWithinTwiceTheLimitAndASecondThriceThenAnswered) {
-  Stage stage;
+  Stage stage(1, [](WorkerSettings& settings) { settings.learner_gone = 59s; });
   stage.define();
   stage.ask({stage.request(1)});
   for (int i = 0; i < 3; ++i) {

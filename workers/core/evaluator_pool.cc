@@ -69,6 +69,16 @@ void EvaluatorPool::withdraw(const RolloutName& name) {
   }
 }
 
+void EvaluatorPool::end_work(const Turn& turn, const RolloutName& name) {
+  withdraw(name);
+  for (int i = 0; i < settings_.num_evaluators; ++i) {
+    Evaluator& evaluator = at(i);
+    if (!evaluator.work || evaluator.work->name != name || evaluator.killed) continue;
+    evaluator.dismissed = true;
+    kill(turn, i);
+  }
+}
+
 std::optional<WorkEnd> EvaluatorPool::on(const Turn& turn, const EvaluatorEvent& event,
                                          DefinitionShelf& definitions) {
   return std::visit([&](const auto& e) { return on(turn, e, definitions); }, event);
@@ -159,9 +169,11 @@ EvaluatorPool::End EvaluatorPool::on(const Turn& turn, const EvaluatorDied& even
   const bool busy = evaluator.work || evaluator.loading;
   const bool charged =
       busy && (evaluator.timed_out || (!evaluator.killed && event.death != Death::kForeignSignal));
-  turn.warn("evaluators that end",
-            fmt::format("evaluator {} {}{}", event.evaluator, describe(event.death, event.code),
-                        busy ? " during its work" : ""));
+  if (!evaluator.dismissed) {
+    turn.warn("evaluators that end",
+              fmt::format("evaluator {} {}{}", event.evaluator, describe(event.death, event.code),
+                          busy ? " during its work" : ""));
+  }
   End end;
   if (evaluator.wanted) {
     end = interrupted(turn, evaluator, charged);
@@ -169,7 +181,7 @@ EvaluatorPool::End EvaluatorPool::on(const Turn& turn, const EvaluatorDied& even
     if (charged) definitions.on_strike(turn, *evaluator.loading, evaluator.timed_out);
     if (!charged) definitions.on_accident(*evaluator.loading);
   }
-  const int num_bare_deaths = charged ? 0 : evaluator.num_bare_deaths + 1;
+  const int num_bare_deaths = charged || evaluator.dismissed ? 0 : evaluator.num_bare_deaths + 1;
   evaluator = {};
   evaluator.num_bare_deaths = num_bare_deaths;
   if (draining_) return end;

@@ -15,12 +15,13 @@ LearnerLink::LearnerLink(const WorkerSettings& settings, std::int64_t last_index
     : settings_(settings), last_index_sent_(last_index) {}
 
 void LearnerLink::hear_batch(TimePoint now, std::int64_t sequence) {
-  heard_ = now;
+  hear(now);
   last_batch_ = std::max(last_batch_, sequence);
 }
 
 TimePoint LearnerLink::next_deadline() const {
-  TimePoint deadline = heard_ + settings_.learner_silence_max;
+  TimePoint deadline =
+      heard_ + (given_up_ ? settings_.learner_silence_max : settings_.learner_gone);
   if (repeat_at_) deadline = std::min(deadline, *repeat_at_);
   if (ask_at_) deadline = std::min(deadline, *ask_at_);
   return deadline;

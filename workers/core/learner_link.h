@@ -18,13 +18,23 @@ class LearnerLink {
   /// @param last_index  of the last answer there is for it: all up to there count as sent
   LearnerLink(const WorkerSettings& settings, std::int64_t last_index);
 
-  void hear(TimePoint now) { heard_ = now; }
+  void hear(TimePoint now) {
+    heard_ = now;
+    given_up_ = false;
+  }
   void hear_batch(TimePoint now, std::int64_t sequence);
+  /// This process was stopped for so long: no silence of the learner's.
+  void excuse(Duration delay) { heard_ += delay; }
   TimePoint heard() const { return heard_; }
   /// The highest sequence of its batches.
   std::int64_t last_batch() const { return last_batch_; }
   bool is_silent(TimePoint now) const { return now >= heard_ + settings_.learner_silence_max; }
-  /// When it becomes silent, is sent answers again or asked again: whatever is first.
+  /// It is gone, and give_up() has not been called since it was heard.
+  bool is_to_be_given_up(TimePoint now) const {
+    return !given_up_ && now >= heard_ + settings_.learner_gone;
+  }
+  void give_up() { given_up_ = true; }
+  /// When it is gone, becomes silent, is sent answers again or asked again: whatever is first.
   TimePoint next_deadline() const;
 
   /// A question was repeated: its answer is due even if nothing is new.
@@ -60,6 +70,7 @@ class LearnerLink {
 
   const WorkerSettings& settings_;
   TimePoint heard_;
+  bool given_up_ = false;
   std::int64_t last_batch_ = 0;
   bool answers_wanted_ = false;
   std::int64_t last_index_sent_ = 0;

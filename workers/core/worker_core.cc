@@ -44,7 +44,10 @@ void WorkerCore::step(TimePoint now, const Event& event, Effects& effects) {
   // and its evaluators most likely with it (Ctrl-Z, a frozen container).
   const Duration delay = now - std::max(next_deadline(), last_step_);
   last_step_ = now;
-  if (delay > Duration{}) evaluators_.excuse(delay);
+  if (delay > Duration{}) {
+    evaluators_.excuse(delay);
+    for (auto& [id, learner] : learners_) learner.excuse(delay);
+  }
 
   const Turn turn{now, effects, log_limiter_};
   std::visit([&](const auto& e) { on(turn, e); }, event);
@@ -74,6 +77,9 @@ void WorkerCore::on(const Turn& turn, const MessageReceived& event) {
   if (const auto* batch = std::get_if<protocol::RolloutBatch>(&event.message)) {
     receive(turn, *batch);
   } else if (const auto* piece = std::get_if<protocol::DefinitionPiece>(&event.message)) {
+    // A learner that starts should not have to wait for the next heartbeat.
+    const bool is_task = piece->name.kind == DefinitionKind::kTask;
+    if (is_task && !learners_.contains(piece->learner_id)) status_due_ = true;
     const bool is_theta = piece->name.kind == DefinitionKind::kTheta;
     is_theta ? take_theta(turn, *piece) : definitions_.receive(turn, *piece, queue_);
   } else if (const auto* status = std::get_if<protocol::LearnerStatus>(&event.message)) {
@@ -111,6 +117,10 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
     if (learner.is_silent(turn.now)) {
       silent.push_back(id);
       continue;
+    }
+    if (learner.is_to_be_given_up(turn.now)) {
+      learner.give_up();
+      give_up_work_of(turn, id);
     }
     if (learner.asking_due(turn.now)) ask_for_definitions(turn, id, learner);
     if (learner.repetition_due(turn.now)) {
@@ -201,7 +211,31 @@ void WorkerCore::forget(const Turn& turn, protocol::LearnerId id) {
     turn.warn("roll-outs dropped", fmt::format("drops its {} roll-outs", names.size()));
   for (const RolloutName& name : names) drop(name);
   answers_.forget(id);
+  last_batches_[id] = learners_.at(id).last_batch();
+  if (last_batches_.size() > protocol::kForgottenLearnersMax) {
+    last_batches_.erase(last_batches_.begin());
+  }
   learners_.erase(id);
+}
+
+/// Nobody waits for it any more, and whoever else has work should have the evaluators.
+void WorkerCore::give_up_work_of(const Turn& turn, protocol::LearnerId id) {
+  const auto names = queue_.of_learner(id);
+  if (names.empty()) return;
+  turn.warn("roll-outs dropped",
+            fmt::format("learner {:x} has been silent for {:.0f} s: gives its {} roll-outs up", id,
+                        to_seconds(settings_.learner_gone), names.size()));
+  for (const RolloutName& name : names) {
+    queue_.remove(name);
+    evaluators_.end_work(turn, name);
+  }
+  status_due_ = true;
+}
+
+/// Played from a recording: what it asks has been dealt with.
+bool WorkerCore::is_from_the_past(const protocol::RolloutBatch& batch) const {
+  const auto last = last_batches_.find(batch.learner_id);
+  return last != last_batches_.end() && batch.sequence <= last->second;
 }
 
 void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) {
@@ -209,9 +243,13 @@ void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) 
   const auto known = learners_.find(batch.learner_id);
   LearnerLink* learner = known == learners_.end() ? nullptr : &known->second;
   if (learner == nullptr) {
-    if (std::none_of(batch.rollouts.begin(), batch.rollouts.end(), mine)) return;
+    const bool is_for_me =
+        std::any_of(batch.rollouts.begin(), batch.rollouts.end(), mine) ||
+        std::any_of(batch.acknowledgements.begin(), batch.acknowledgements.end(), mine);
+    if (!is_for_me || is_from_the_past(batch)) return;
     learner = meet(turn, batch.learner_id);
     if (learner == nullptr) return;
+    status_due_ = true;  // it leases nothing before it knows that it is heard
   }
   learner->hear_batch(turn.now, batch.sequence);
   for (const auto& acknowledgement : batch.acknowledgements) {

@@ -52,6 +52,8 @@ class WorkerCore {
   // worker_core.cc: learners, and the roll-outs held for them.
   LearnerLink* meet(const Turn& turn, protocol::LearnerId id);
   void forget(const Turn& turn, protocol::LearnerId id);
+  void give_up_work_of(const Turn& turn, protocol::LearnerId id);
+  bool is_from_the_past(const protocol::RolloutBatch& batch) const;
   void receive(const Turn& turn, const protocol::RolloutBatch& batch);
   void take_request(const Turn& turn, protocol::LearnerId learner, std::int64_t sequence,
                     const protocol::RolloutRequest& request);
@@ -76,6 +78,8 @@ class WorkerCore {
 
   const WorkerSettings settings_;
   std::map<protocol::LearnerId, LearnerLink> learners_;
+  /// The last batch of those that are forgotten: what comes after them is new.
+  std::map<protocol::LearnerId, std::int64_t> last_batches_;
   RolloutQueue queue_;
   AnswerStore answers_;
   DefinitionShelf definitions_;

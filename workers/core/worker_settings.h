@@ -34,6 +34,7 @@ struct WorkerSettings {
   int num_accidents_max = 3;  ///< evaluators others may end under a roll-out before it is given up
 
   // What learners rely on: common/protocol/timings.h.
+  Duration learner_gone = protocol::kLearnerGone;
   Duration learner_silence_max = protocol::kLearnerSilenceMax;
   Duration busy_heartbeat = protocol::kBusyHeartbeat;
   Duration idle_heartbeat = protocol::kIdleHeartbeat;

@@ -19,15 +19,16 @@ plant("lease never expires" learner/core/dispatch.cc
   if (!worker.answer_time_s || rollout_time_s]])
 
 plant("expiry fails the roll-out" learner/core/workforce.cc
-  [[ledger_.expire(turn.now);]]
-  [[for (const protocol::RolloutKey key : ledger_.expire(turn.now)) {
-    if (!PLANTED) continue;
-    const Ledger::Entry entry = ledger_.close(key);
-    const AcceptedResult failed{key, entry.question.content,
-                                Outcome::failed(RolloutStatus::kTimedOut), entry.last_worker};
-    turn.effects.emplace_back(AppendResult{failed});
-    client_.take(turn, failed, 0);
-  }]])
+  [[for (const Ledger::Expired& expired : ledger_.expire(turn.now)) {]]
+  [[for (const Ledger::Expired& expired : ledger_.expire(turn.now)) {
+    if (PLANTED) {
+      const Ledger::Entry entry = ledger_.close(expired.key);
+      const AcceptedResult failed{expired.key, entry.question.content,
+                                  Outcome::failed(RolloutStatus::kTimedOut), entry.last_worker};
+      turn.effects.emplace_back(AppendResult{failed});
+      client_.take(turn, failed, 0);
+      continue;
+    }]])
 
 plant("send before journal" learner/core/carry_out.cc
   [[bool appended = false;]]
@@ -175,3 +176,19 @@ plant("time before a resume not counted" learner/core/learner_core_time.cc
 plant("failed roll-outs counted twice" learner/core/run.cc
   [[++num_failed_;]]
   [[num_failed_ += PLANTED ? 2 : 1;]])
+
+plant("a recording is taken for a worker" learner/core/hearing.cc
+  [[if (hears_ || num_greetings_ == 0 || last_batch < greeted_in_) return false;]]
+  [[if (hears_ || (!PLANTED && (num_greetings_ == 0 || last_batch < greeted_in_))) return false;]])
+
+plant("a worker that loses every lease is asked as before" learner/core/hearing.cc
+  [[if (!hears_ || (num_lost_ > 0]]
+  [[if (PLANTED || !hears_ || (num_lost_ > 0]])
+
+plant("a dead learner's roll-outs kept" workers/core/worker_core.cc
+  [[if (names.empty()) return;]]
+  [[if (PLANTED || names.empty()) return;]])
+
+plant("what is held for ever waited for" learner/core/hedging.cc
+  [[if (ledger.num_leased() == 0)]]
+  [[if (PLANTED || ledger.num_leased() == 0)]])
