@@ -56,7 +56,7 @@ TEST(HoldTaskTest, WhatRestsAtTheTargetGetsRewardOne) {
 }
 
 TEST(HoldTaskTest, ATraceHasTheStatesThatThePolicySawAndTheSameReward) {
-  const auto task = make(R"({"plant": "rk4", "duration_s": 1})");
+  const auto task = standard_task("hold", R"({"plant": "rk4", "duration_s": 1})");
   Trace trace;
   const Outcome traced = evaluate_traced(*task, feedback(kHangingRegulator), 0, trace);
   EXPECT_EQ(traced.reward(), evaluate(*task, feedback(kHangingRegulator), 0).reward());

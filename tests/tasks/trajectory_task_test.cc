@@ -162,7 +162,8 @@ TEST(SpiralTaskTest, DescribesItselfAndSaysWhatIsWrong) {
 
 TEST(RecordedGoalTest, EachRowIsASampleAndTheNamesAreThoseOfTheRecording) {
   // A policy that gives 1 everywhere, against 1, 2 and 4: (0 + 1 + 9) / 3.
-  const auto task = make("trajectory", R"({"alpha": 0.3, "goal": {"columns": ["t_ms", "x_mm"],
+  const auto task =
+      standard_task("trajectory", R"({"alpha": 0.3, "goal": {"columns": ["t_ms", "x_mm"],
       "rows": [[0, 1], [10, 2], [30, 4]]}})");
   Trace trace;
   const Gmm policy = equally_spaced_lines(30, {one(1)}, {0});
@@ -173,7 +174,7 @@ TEST(RecordedGoalTest, EachRowIsASampleAndTheNamesAreThoseOfTheRecording) {
 
 TEST(RecordedGoalTest, RefusalsNameTheKeyAndTheRule) {
   const auto error = [](const std::string& goal) {
-    return error_of("trajectory", "{\"goal\": {" + goal + "}}");
+    return refusal("trajectory", "{\"goal\": {" + goal + "}}");
   };
   EXPECT_THAT(error(R"("columns": ["t"], "rows": [[0], [1]])"),
               HasSubstr("goal.columns = [\"t\"]: must name the time and at least one output"));
@@ -184,7 +185,7 @@ TEST(RecordedGoalTest, RefusalsNameTheKeyAndTheRule) {
   EXPECT_THAT(error(R"("columns": ["t", "x"], "rows": [[0, 1], [0, 2]])"),
               HasSubstr("the time must grow: row 2 is at 0, the one before at 0"));
   EXPECT_THAT(error(R"("columns": ["t", "x"], "rows": [[0, 1, 2]])"), HasSubstr("goal.rows"));
-  EXPECT_THAT(error_of("trajectory", R"({"samples": 5, "goal": {"columns": ["t", "x"],
+  EXPECT_THAT(refusal("trajectory", R"({"samples": 5, "goal": {"columns": ["t", "x"],
       "rows": [[0, 1], [1, 2]]}})"),
               HasSubstr("samples"));
 }

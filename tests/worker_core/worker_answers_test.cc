@@ -266,7 +266,7 @@ TEST(WorkerAnswersTest, GivesUpTheWorkOfALearnerThatIsGoneAndEndsTheEvaluatorsTh
 TEST(WorkerAnswersTest, SaysAtOnceThatItHearsALearnerThatStartsOrGreetsIt) {
   Stage stage;
   stage.clear();
-  stage.step(MessageReceived{protocol::TaskDefinition{kLearner, content_hash(kTask), kTask}});
+  stage.step(task(kTask));
   ASSERT_THAT(stage.sent<protocol::WorkerStatus>(), SizeIs(1));
   EXPECT_THAT(stage.sent<protocol::WorkerStatus>()[0].held, IsEmpty()) << "nobody has greeted it";
   stage.clear();

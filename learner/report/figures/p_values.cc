@@ -21,7 +21,7 @@ constexpr std::size_t kLinesMax = 8;
 /// Panels of a study: beyond it a report would be pictures of p alone.
 constexpr std::size_t kPanelsMax = 240;
 /// More points than these a line does not show.
-constexpr std::size_t kPointsMax = 1000;
+constexpr std::size_t kLinePointsMax = 1000;
 /// Beyond it the axis ends.
 constexpr double kLeastP = 1e-8;
 
@@ -194,7 +194,7 @@ Plot page_of(const Rows<PValuePanel>& rows) {
       "  {}; set xrange [0:{}]; set xtics {}\n{}",
       grid.labels.empty() ? "set key above horizontal Left reverse samplen 4" : "unset key", length,
       round_step(static_cast<double>(length)), axis_of_p(largest));
-  const std::size_t step = (length + kPointsMax - 1) / kPointsMax;
+  const std::size_t step = (length + kLinePointsMax - 1) / kLinePointsMax;
   Plot plot;
   std::size_t index = 0;
   for (const auto& row : rows) {

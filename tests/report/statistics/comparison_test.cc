@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "tests/report/statistics/student_tail.h"
 #include "tests/results/records.h"
 
 namespace treeroll::report {
@@ -19,9 +20,6 @@ struct TwoRuns {
 TwoRuns runs(std::vector<double> first, std::vector<double> second) {
   return {{run_with("c", 0, 0, first), run_with("c", 1, 1, second)}};
 }
-
-// Student's t of two degrees has the tail 1/2 - t / (2 sqrt(2 + t^2)).
-double tail_of_two_degrees(double t) { return .5 - t / (2 * std::sqrt(2 + t * t)); }
 
 TEST(ComparisonTest, TheFamilyIsAllPairsAtAllRollouts) {
   // At roll-out 1 a is 20 ahead with a standard error of sqrt(2); at roll-out 2 both are equal.

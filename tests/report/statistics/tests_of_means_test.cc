@@ -8,6 +8,8 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/report/statistics/student_tail.h"
+
 namespace treeroll::report {
 namespace {
 
@@ -15,8 +17,6 @@ using Values = std::vector<double>;
 
 // With one degree of freedom Student's t is Cauchy's distribution: P(T > t) = 1/2 - atan(t) / pi.
 double cauchy_tail(double t) { return .5 - std::atan(t) / std::numbers::pi; }
-// With two: P(T > t) = 1/2 - t / (2 sqrt(2 + t^2)).
-double tail_of_two_degrees(double t) { return .5 - t / (2 * std::sqrt(2 + t * t)); }
 
 TEST(WelchTest, EqualVariancesOfTwoValuesEachGiveTheClosedFormOfTwoDegrees) {
   // Means 3 and 1, variances 2 each: standard error sqrt(2), t = sqrt(2), 2 degrees.
