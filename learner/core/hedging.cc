@@ -8,9 +8,9 @@ namespace {
 /// Of the task's mean duration. Durations differ: a fall ends a swing-up early.
 constexpr double kFarLonger = 4;
 /// Below it a second evaluation costs more than the wait.
-constexpr double kWaitMin_s = 1;
+constexpr double kWaitMinS = 1;
 /// Where nobody has answered yet: the first worker that was asked may never do so.
-constexpr double kUnknownMax_s = 10;
+constexpr double kUnknownMaxS = 10;
 
 /// Mean duration of its task; 0 while it is not known.
 double task_time_s(const Ledger::Entry& entry, const DispatchFacts& facts) {
@@ -66,10 +66,9 @@ void add_late(const Ledger& ledger, const WorkerEntry& worker, const DispatchFac
     const TimePoint since = entry.leases.front().issued_at;
     const double out_s = to_seconds(facts.now - since);
     const double time_s = task_time_s(entry, facts);
-    const double held_max_s =
-        time_s > 0 ? std::max(kWaitMin_s, kFarLonger * time_s) : kUnknownMax_s;
+    const double held_max_s = time_s > 0 ? std::max(kWaitMinS, kFarLonger * time_s) : kUnknownMaxS;
     const bool is_queued = place >= static_cast<std::size_t>(worker.num_evaluators);
-    const bool is_late = is_queued ? std::max(out_s, time_s) >= kWaitMin_s : out_s >= held_max_s;
+    const bool is_late = is_queued ? std::max(out_s, time_s) >= kWaitMinS : out_s >= held_max_s;
     if (is_late) late.push_back({row[place].key, since, is_queued});
   }
 }

@@ -5,7 +5,7 @@
 namespace treeroll::learner {
 namespace {
 
-TimePoint at(double s) {
+TimePoint at_s(double s) {
   return TimePoint(std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s)));
 }
 
@@ -15,11 +15,11 @@ class HedgingTest : public ::testing::Test {
  protected:
   HedgingTest() {
     for (const protocol::WorkerId id : {1, 2}) {
-      WorkerEntry& worker = *workers_.hear(id, at(0));
+      WorkerEntry& worker = *workers_.hear(id, at_s(0));
       worker.num_evaluators = 2;
       worker.free_slots = 128;
       worker.receive_buffer_bytes = 4 << 20;
-      worker.hearing.note_word(at(0), 1);
+      worker.hearing.note_word(at_s(0), 1);
       worker.hearing.note_echo(1);
     }
     std::vector<Ledger::Assignment> chosen;
@@ -28,18 +28,18 @@ class HedgingTest : public ::testing::Test {
       question.theta = Eigen::VectorXd::Constant(2, number);
       seal(question, {0, number});
       ledger_.draw({0, number}, question);
-      chosen.push_back({static_cast<std::size_t>(number), 1, at(1e4)});
+      chosen.push_back({static_cast<std::size_t>(number), 1, at_s(1e4)});
     }
-    ledger_.lease(at(0), chosen);
+    ledger_.lease(at_s(0), chosen);
     for (int number = 0; number < 3; ++number) ledger_.set_batch({0, number}, 1, 2);
   }
 
   std::vector<int> given_too(double now_s) {
-    for (const protocol::WorkerId id : {1, 2}) workers_.hear(id, at(now_s));
+    for (const protocol::WorkerId id : {1, 2}) workers_.hear(id, at_s(now_s));
     std::vector<int> numbers;
-    for (const Hedge& hedge : hedges(ledger_, workers_, {at(now_s), 0, &tasks_, &times_s_})) {
+    for (const Hedge& hedge : hedges(ledger_, workers_, {at_s(now_s), 0, &tasks_, &times_s_})) {
       EXPECT_EQ(hedge.worker, 2);
-      EXPECT_GT(hedge.deadline, at(now_s));
+      EXPECT_GT(hedge.deadline, at_s(now_s));
       numbers.push_back(hedge.key.number);
     }
     return numbers;
@@ -64,14 +64,14 @@ TEST_F(HedgingTest, LongRolloutsAreWaitedForLongerButNotQueuedBehindEachOther) {
   times_s_[ContentHash{}] = 30;
   EXPECT_EQ(given_too(.1), (Numbers{2})) << "two run, the third waits";
   EXPECT_FALSE(workers_.find(1)->late) << "that is nobody's fault";
-  ledger_.lease_too(at(.1), {0, 2}, 2, at(1e4));
+  ledger_.lease_too(at_s(.1), {0, 2}, 2, at_s(1e4));
   EXPECT_EQ(given_too(100), Numbers{});
   EXPECT_EQ(given_too(121), (Numbers{0})) << "one evaluator is idle";
 }
 
 TEST_F(HedgingTest, WhereAllAreDoubtfulOneOfThemIsAsked) {
-  workers_.find(2)->hearing.note_lost(at(0), at(0));
-  workers_.find(2)->hearing.note_lost(at(.1), at(.1));
+  workers_.find(2)->hearing.note_lost(at_s(0), at_s(0));
+  workers_.find(2)->hearing.note_lost(at_s(.1), at_s(.1));
   ASSERT_FALSE(workers_.find(2)->is_first_choice());
   EXPECT_EQ(given_too(1.1), (Numbers{0, 1}));
 }
@@ -95,8 +95,8 @@ TEST_F(HedgingTest, WhileNoDurationIsKnownTenSecondsAreLate) {
 }
 
 TEST_F(HedgingTest, ACopyOfWhatHasBeenAnsweredKeepsAnEvaluatorBusy) {
-  ledger_.lease_too(at(0), {0, 0}, 2, at(1e4));
-  ledger_.lease_too(at(0), {0, 1}, 2, at(1e4));
+  ledger_.lease_too(at_s(0), {0, 0}, 2, at_s(1e4));
+  ledger_.lease_too(at_s(0), {0, 1}, 2, at_s(1e4));
   ledger_.close({0, 0}, 1);
   ledger_.close({0, 1}, 1);
   EXPECT_EQ(given_too(1000), Numbers{}) << "worker 2 has both yet";

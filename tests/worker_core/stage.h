@@ -70,6 +70,16 @@ class Stage {
     }
   }
 
+  /// Time passes while the learner, which has nothing to ask, says once a second that it is there.
+  void pass_heard(Duration duration) {
+    const TimePoint end = now + duration;
+    while (now < end) {
+      pass(std::min<Duration>(std::chrono::seconds(1), end - now));
+      protocol::LearnerStatus status;
+      status.learner_id = kLearner;
+      step(MessageReceived{status});
+    }
+  }
   /// Fires timers until `duration` has passed.
   void pass(Duration duration) {
     const TimePoint end = now + duration;

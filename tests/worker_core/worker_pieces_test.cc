@@ -148,7 +148,7 @@ TEST_F(WorkerThetaTest, OfOthersRolloutsIsNotKept) {
 TEST_F(WorkerThetaTest, ThatDoesNotComeIsLetGoAfterThirtySeconds) {
   stage_.ask({request(1)});
   stage_.step(theta_piece(1));
-  stage_.pass(31s);
+  stage_.pass_heard(31s);
   EXPECT_THAT(stage_.status().held.at(0).keys, IsEmpty());
   bool said = false;
   for (const LogLine& line : stage_.effects<LogLine>()) {

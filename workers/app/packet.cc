@@ -151,13 +151,13 @@ Received receive_packet(int socket, bool wait) {
   const File file(descriptor);
   const auto bytes = std::span(packet).first(static_cast<std::size_t>(size));
   const auto channel = std::to_integer<int>(bytes[0]);
-  if ((header.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) != 0) {
+  const bool is_definition = bytes[0] == kDefinitionMark;
+  const bool is_cut = (header.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) != 0;
+  if (is_cut || (!is_definition && channel >= transport::kNumChannels)) {
     received.malformed = true;
-  } else if (bytes[0] == kDefinitionMark) {
+  } else if (is_definition) {
     received.definition = definition_of(bytes, file.get());
     received.malformed = !received.definition;
-  } else if (channel >= transport::kNumChannels) {
-    received.malformed = true;
   } else {
     auto message = transport::decode(static_cast<transport::Channel>(channel), bytes.subspan(1));
     received.malformed = !message;

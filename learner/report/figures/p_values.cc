@@ -78,7 +78,7 @@ void add_line(std::size_t line, const std::string& label, Pair& pair, PValuePane
 
 /// One panel of all pairs, or of many one for each first condition and eight others: there the same
 /// line is the same condition in every panel.
-std::vector<PValuePanel> panels_of(const StudyResults& study, const ConditionGroup& group) {
+std::vector<PValuePanel> panels_of_pairs(const StudyResults& study, const ConditionGroup& group) {
   const std::vector<std::string>& labels = group.labels;
   const bool is_one = labels.size() <= kConditionsOfOnePanel;
   std::vector<PValuePanel> panels;
@@ -174,7 +174,7 @@ std::string commands_of(const PValuePanel& panel, const std::string& axes, std::
       axes, literal(panel.title), literal(panel.ahead), literal(panel.behind), lines, marks);
 }
 
-Plot page_of(const Rows<PValuePanel>& rows) {
+Plot p_value_page(const Rows<PValuePanel>& rows) {
   std::size_t length = 1;
   double largest = 0;
   std::vector<const PValuePanel*> panels;
@@ -242,7 +242,7 @@ Figures p_values(const StudyResults& study, std::size_t place) {
        rows_by(compared, [](const ConditionGroup& group) { return group.row; })) {
     Rows<PValuePanel> of_groups;
     for (const ConditionGroup& group : beside) {
-      of_groups.push_back(panels_of(study, group));
+      of_groups.push_back(panels_of_pairs(study, group));
       num_panels += of_groups.back().size();
       if (num_panels > kPanelsMax) {
         too_many.push_back(group.name);
@@ -264,7 +264,7 @@ Figures p_values(const StudyResults& study, std::size_t place) {
                                       : fmt::format("p_values_across_{}", place);
   const auto pages = pages_of_rows(std::move(rows));
   for (std::size_t page = 0; page < pages.size(); ++page) {
-    Plot plot = page_of(pages[page]);
+    Plot plot = p_value_page(pages[page]);
     plot.title = fmt::format("Which of {} is ahead in {}", versus(compared.front()), study.name);
     name_page(id, page, pages.size(), plot);
     figures.plots.push_back(std::move(plot));
