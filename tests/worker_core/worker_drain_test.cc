@@ -68,7 +68,8 @@ TEST(WorkerDrainTest, GivesUpWhatDoesNotEndInAMinute) {
   stage.pass(1s);
   ASSERT_THAT(stage.effects<Exit>(), SizeIs(1));
   EXPECT_EQ(stage.effects<Exit>()[0].status, 0);
-  for (const auto& held : stage.sent<WorkerStatus>().back().held) {
+  const WorkerStatus last = stage.sent<WorkerStatus>().back();
+  for (const auto& held : last.held) {
     EXPECT_THAT(held.keys, IsEmpty());
   }
 }
