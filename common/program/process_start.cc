@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -11,6 +12,8 @@
 
 namespace treeroll {
 namespace {
+
+constexpr std::array kStopSignals{SIGTERM, SIGINT, SIGHUP};
 
 volatile std::sig_atomic_t stopped_status = 0;
 const char* volatile stopped_line = "";
@@ -47,7 +50,7 @@ void settle_process() {
 
 std::vector<int> stop_signals() {
   std::vector<int> signals;
-  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
+  for (const int signal : kStopSignals) {
     struct sigaction now {};
     sigaction(signal, nullptr, &now);
     if (now.sa_handler != SIG_IGN) signals.push_back(signal);
@@ -64,7 +67,7 @@ void end_when_stopped(int exit_status, const char* line) {
 void block_stop_signals() {
   sigset_t signals;
   sigemptyset(&signals);
-  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, signal);
+  for (const int signal : kStopSignals) sigaddset(&signals, signal);
   sigprocmask(SIG_BLOCK, &signals, nullptr);
 }
 

@@ -107,8 +107,8 @@ double number_of(const std::string& field, const std::string& place, const std::
 
 Eigen::MatrixXd parse_demonstration(std::string_view text, const std::string& name,
                                     const std::vector<std::string>& columns) {
+  CsvRows rows(text, name);  // first: it refuses what is no UTF-8
   check_separator(text, name + ":1", columns);
-  CsvRows rows(text, name);
   if (!rows.next()) refuse(name, "is empty: must begin with a line of column names");
   const std::size_t num_fields = rows.fields().size();
   const std::vector<std::size_t> wanted = find_columns(rows.fields(), rows.place(), columns);

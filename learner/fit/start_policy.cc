@@ -40,7 +40,7 @@ FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration) 
   const Eigen::VectorXd outputs =
       settings.em.regularisation.tail(standard.size() - settings.input_dim);
   for (Eigen::Index i = 0; i < outputs.size(); ++i) {
-    const auto values = demonstration.data.row(settings.input_dim + i);
+    const Eigen::RowVectorXd values = demonstration.data.row(settings.input_dim + i);
     if (outputs[i] > 0 || values.minCoeff() < values.maxCoeff()) continue;
     reader.refuse(
         "regularisation",

@@ -22,8 +22,8 @@ std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
                                        const std::filesystem::path& worker_program,
                                        std::vector<LearntPolicy>& policies);
 
-/// The start policies, each once, with the conditions that share it. The names of its variables are
-/// those of its roll-out.
+/// The start policies, each once, with the conditions that share it. Their variables have the
+/// names of names_of().
 std::vector<StartModel> start_models(const LoadedStudy& loaded,
                                      const std::vector<LearntPolicy>& policies);
 

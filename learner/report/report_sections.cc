@@ -183,11 +183,11 @@ Section comparison_section(const std::string& title, const std::vector<Compariso
   std::size_t tested = 0;
   for (const Comparison& comparison : comparisons) {
     const auto ahead = [](const Comparison::ByRollout& values) {
-      const auto tested = std::count_if(values.begin(), values.end(),
-                                        [](const auto& value) { return value.has_value(); });
+      const auto num_tested = std::count_if(values.begin(), values.end(),
+                                            [](const auto& value) { return value.has_value(); });
       const auto count = std::count_if(values.begin(), values.end(),
                                        [](const auto& value) { return value && *value < .05; });
-      return fmt::format("{} of {}", count, tested);
+      return fmt::format("{} of {}", count, num_tested);
     };
     std::optional<double> p_end;
     std::optional<double> p_holm;

@@ -115,7 +115,9 @@ TEST(CsvDemonstrationTest, SaysWhatSeparatesTheColumnsWhereItIsNoComma) {
   EXPECT_EQ(names("t x\n0 0\n"), "blanks");
   EXPECT_THAT(refusal_of_csv("a;b\n1;2\n", {"t"}), HasSubstr("has no column \"t\""));
   EXPECT_EQ(parse_demonstration("t;x\n1\n", "demo.csv", {"t;x"})(0, 0), 1);
-  EXPECT_THAT(refusal_of_csv("\xff\xfet\0\n", {"t"}), HasSubstr("must be saved as UTF-8"));
+  // As a spreadsheet's "Unicode text": UTF-16 with tabs.
+  EXPECT_EQ(refusal_of_csv(std::string("\xff\xfet\0\t\0x\0", 8), {"t"}),
+            "demo.csv: is UTF-16: must be saved as UTF-8");
 }
 
 TEST(CsvDemonstrationTest, SetsFilesBesideEachOther) {

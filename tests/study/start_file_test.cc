@@ -13,16 +13,13 @@ namespace fs = std::filesystem;
 using study_test::error_of;
 using study_test::StudyText;
 using study_test::with;
+using study_test::write;
 using testing::HasSubstr;
 
 /// A policy that no fit gives: that of the small study with a theta of its own, at layer 2.
 std::string learnt_policy(const LoadedStudy& small) {
   const PolicyPtr policy = small.study.conditions[0].start->at_layer(2);
   return to_json(*policy->with(policy->theta() * 1.01));
-}
-
-void write(const fs::path& path, const std::string& text) {
-  std::ofstream(path, std::ios::binary) << text;
 }
 
 /// The small study, starting from the policy of the named file.

@@ -13,11 +13,8 @@ namespace {
 namespace fs = std::filesystem;
 using study_test::error_of;
 using study_test::StudyText;
+using study_test::write;
 using testing::HasSubstr;
-
-void write_csv(const fs::path& path, const std::string& text) {
-  std::ofstream(path, std::ios::binary) << text;
-}
 
 /// The small study with these settings of a goal below those of its task.
 std::string with_goal(const std::string& goal) {
@@ -26,7 +23,7 @@ std::string with_goal(const std::string& goal) {
 
 TEST(TaskCsvTest, TheNumbersOfAFileBesideTheStudyTakeItsPlace) {
   const StudyText study(with_goal("columns = [\"t\", \"x\"]\ncsv_file = \"goal.csv\""));
-  write_csv(study.folder() / "goal.csv", "x,other,t\n0.1,a,0\n-1e-3,b,2.5\n");
+  write(study.folder() / "goal.csv", "x,other,t\n0.1,a,0\n-1e-3,b,2.5\n");
   const LoadedStudy loaded = load_study(study.path(), {});
   EXPECT_THAT(loaded.study.conditions[0].task_content,
               HasSubstr(R"("goal":{"columns":["t","x"],"rows":[[0.0,0.1],[2.5,-0.001]]})"));
@@ -41,7 +38,7 @@ TEST(TaskCsvTest, TheNumbersOfAFileBesideTheStudyTakeItsPlace) {
 TEST(TaskCsvTest, RefusalsNameTheLineOfTheStudyTheKeyAndTheLineOfTheFile) {
   const auto error = [](const std::string& goal, const std::string& csv) {
     const StudyText study(with_goal(goal));
-    if (!csv.empty()) write_csv(study.folder() / "goal.csv", csv);
+    if (!csv.empty()) write(study.folder() / "goal.csv", csv);
     return error_of(study, [](const fs::path& file) { load_study(file, {}); });
   };
   const std::string both = "columns = [\"t\", \"x\"]\ncsv_file = \"goal.csv\"";
@@ -62,7 +59,7 @@ TEST(TaskCsvTest, RefusalsNameTheLineOfTheStudyTheKeyAndTheLineOfTheFile) {
 TEST(TaskCsvTest, TheCommandLineNamesAFileOfTheCurrentFolder) {
   const StudyText study(with_goal("columns = [\"t\", \"x\"]\ncsv_file = \"goal.csv\""));
   const fs::path file = study.folder() / "other.csv";
-  write_csv(file, "t,x\n0,7\n");
+  write(file, "t,x\n0,7\n");
   const std::string named = fs::relative(file, fs::current_path()).string();
   const LoadedStudy loaded = load_study(study.path(), {"task.goal.csv_file=" + named});
   EXPECT_THAT(loaded.study.conditions[0].task_content, HasSubstr("[[0.0,7.0]]"));

@@ -14,6 +14,7 @@ constexpr std::array<const char*, protocol::kNumDefinitionKinds> kWords = {"task
                                                                            "theta"};
 
 }  // namespace
+
 DefinitionShelf::DefinitionShelf(const WorkerSettings& settings)
     : settings_(settings),
       pieces_(settings.num_partial_max, settings.partial_bytes_max),

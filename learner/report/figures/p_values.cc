@@ -214,6 +214,11 @@ Plot p_value_page(const Rows<PValuePanel>& rows) {
   return plot;
 }
 
+/// What a group is called where it is left out.
+std::string called(const ConditionGroup& group) {
+  return group.name.empty() ? listed(group.labels) : group.name;
+}
+
 /// What is set against what, for a title.
 std::string versus(const ConditionGroup& group) {
   return group.labels.size() == 2 ? group.labels[0] + " and " + group.labels[1]
@@ -229,7 +234,7 @@ Figures p_values(const StudyResults& study, std::size_t place) {
     if (group.conditions.size() < 2) continue;
     if (std::any_of(group.conditions.begin(), group.conditions.end(),
                     [&](const auto& condition) { return runs_of(study, condition).size() < 2; })) {
-      too_few_runs.push_back(group.name.empty() ? listed(group.labels) : group.name);
+      too_few_runs.push_back(called(group));
     } else {
       compared.push_back(group);
     }
@@ -245,7 +250,7 @@ Figures p_values(const StudyResults& study, std::size_t place) {
       of_groups.push_back(panels_of_pairs(study, group));
       num_panels += of_groups.back().size();
       if (num_panels > kPanelsMax) {
-        too_many.push_back(group.name);
+        too_many.push_back(called(group));
         num_panels -= of_groups.back().size();
         of_groups.pop_back();
       }
