@@ -17,7 +17,6 @@ inline constexpr Duration kIdleHeartbeat = std::chrono::milliseconds(250);
 /// Answers that are not acknowledged are repeated, ever more seldom.
 inline constexpr Duration kRepeatIntervalMin = std::chrono::milliseconds(3);
 inline constexpr Duration kRepeatIntervalMax = std::chrono::seconds(1);
-/// Between two requests for a definition that is missing; and when roll-outs without one are let
 /// Between two requests for what is missing, ever longer; and when roll-outs without it are let go.
 inline constexpr Duration kAskIntervalMin = std::chrono::milliseconds(5);
 inline constexpr Duration kAskIntervalMax = std::chrono::milliseconds(50);

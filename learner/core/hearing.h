@@ -36,7 +36,7 @@ class Hearing {
   /// It has answered a roll-out, or says for the first time that it holds it.
   void note_confirmed();
 
-  /// Once a spell: it is heard and has not heard several greetings.
+  /// Once until it answers: it is heard and has not heard several greetings.
   bool deafness_to_tell(TimePoint now);
   /// For so long that it is no accident.
   bool seems_deaf(TimePoint now) const;

@@ -25,7 +25,8 @@ class FragmentsTest : public NetworkTest {
     const auto near = learner(network, 0, study, "state", {"--set", kLarge});
     const Service::Learnt learnt = expect_learnt(*near, "state", learnt_alone(study, {kLarge}));
     EXPECT_EQ(network.num_fragments(), 3) << "no message is one";
-    EXPECT_EQ(learnt.log.find("could not be sent"), std::string::npos) << learnt.log;
+    EXPECT_EQ(learnt.log.find("messages not sent"), std::string::npos) << learnt.log;
+    EXPECT_EQ(far->standard_error().find("could not be sent"), std::string::npos);
     EXPECT_GE(num_evaluated(*far), 30 * 16);
     if (learnt.status == 0) {
       fmt::print("{} % lost: {:.1f} s\n", percent_lost, learnt.summary["seconds"].get<double>());

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <map>
 #include <random>
+#include <set>
 
 #include "common/protocol/pieces.h"
 
@@ -130,16 +132,28 @@ TEST_F(PieceTableTest, AFloodOfNamesStaysWithinItsBoundsAndWhatIsWaitedForStays)
   EXPECT_EQ(add(piece_of(wanted, 2)).whole, wanted);
 }
 
-TEST_F(PieceTableTest, WhereAllIsWaitedForANewOneIsNotTaken) {
-  for (int i = 0; i < 16; ++i) {
-    const std::string content = std::to_string(100 + i) + content_of(2 * kPieceBytes);
-    waited_for_.insert({kLearner, name_of(content)});
-    add(piece_of(content, 0));
+/// Pieces come in turn, as learners send them, and find no room for all.
+TEST_F(PieceTableTest, WhereAllIsWaitedForAllIsFinishedInTheEnd) {
+  for (const std::size_t num_pieces : {2U, 6U}) {  // bounded by number, and by bytes
+    std::map<PartialName, std::string> contents;
+    for (int i = 0; i < 24; ++i) {
+      const std::string content = std::to_string(100 + i) + content_of(num_pieces * kPieceBytes);
+      contents.emplace(PartialName{kLearner, name_of(content)}, content);
+      waited_for_.insert({kLearner, name_of(content)});
+    }
+    for (int round = 0; round < 100 && !contents.empty(); ++round) {
+      for (int index = 0; index <= static_cast<int>(num_pieces); ++index) {
+        std::erase_if(contents, [&](const auto& one) {
+          const bool whole = add(piece_of(one.second, index)).whole.has_value();
+          if (whole) waited_for_.erase(one.first);
+          return whole;
+        });
+        EXPECT_LE(table_.size(), 16U);
+        EXPECT_LE(table_.bytes(), 64 * kPieceBytes);
+      }
+    }
+    EXPECT_THAT(contents, IsEmpty()) << num_pieces;
   }
-  const std::string more = content_of(2 * kPieceBytes);
-  EXPECT_FALSE(add(piece_of(more, 0)).whole);
-  EXPECT_THAT(table_.missing({kLearner, name_of(more)}), IsEmpty());
-  EXPECT_EQ(table_.size(), 16U);
 }
 
 }  // namespace

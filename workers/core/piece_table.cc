@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <iterator>
+
 #include "common/protocol/pieces.h"
 
 namespace treeroll::worker {
@@ -23,11 +25,18 @@ PieceTable::Added PieceTable::add(const protocol::DefinitionPiece& piece,
     place = partials_.end();
   }
   if (place != partials_.end() && place->second.pieces.contains(piece.index)) return {};
-  if (is_full()) {
+  const bool begins = place == partials_.end();
+  if (is_full(begins)) {
     make_room(waited_for(), name);
-    if (is_full()) return {};  // asked for again while it is waited for
+    // All that is left is waited for. The lowest names go on, or none would ever be whole.
+    while (is_full(begins)) {
+      if (partials_.empty()) return {};
+      const Place last = std::prev(partials_.end());
+      if (last->first <= name) return {};  // asked for again while it is waited for
+      drop(last);
+    }
   }
-  if (place == partials_.end()) {
+  if (begins) {
     place = partials_.emplace(name, Partial{.num_bytes = piece.num_bytes, .pieces = {}}).first;
   } else {
     by_use_.erase(place->second.used);

@@ -20,7 +20,7 @@ using PartialName = std::pair<protocol::LearnerId, protocol::DefinitionName>;
 
 /// Definitions that have come in part. Bounded in number and bytes, whatever is sent: when full,
 /// those that were touched longest ago and that no roll-out waits for go; if all are waited for,
-/// a new one is not taken.
+/// those of the highest names, so that the lowest are finished first.
 class PieceTable {
  public:
   PieceTable(std::size_t num_max, std::size_t bytes_max);
@@ -50,8 +50,9 @@ class PieceTable {
   };
   using Place = std::map<PartialName, Partial>::iterator;
 
-  bool is_full() const {
-    return partials_.size() >= num_max_ || bytes_ + protocol::kPieceBytes > bytes_max_;
+  /// For one piece more, of a definition of which nothing is here yet or something is.
+  bool is_full(bool begins) const {
+    return (begins && partials_.size() >= num_max_) || bytes_ + protocol::kPieceBytes > bytes_max_;
   }
   void make_room(const std::set<PartialName>& waited_for, const PartialName& newest);
   void drop(Place place);

@@ -78,8 +78,8 @@ void WorkerCore::on(const Turn& turn, const MessageReceived& event) {
     receive(turn, *batch);
   } else if (const auto* piece = std::get_if<protocol::DefinitionPiece>(&event.message)) {
     // A learner that starts should not have to wait for the next heartbeat.
-    const bool is_task = piece->name.kind == DefinitionKind::kTask;
-    if (is_task && !learners_.contains(piece->learner_id)) status_due_ = true;
+    const bool begins_task = piece->name.kind == DefinitionKind::kTask && piece->index == 0;
+    if (begins_task && !learners_.contains(piece->learner_id)) status_due_ = true;
     const bool is_theta = piece->name.kind == DefinitionKind::kTheta;
     is_theta ? take_theta(turn, *piece) : definitions_.receive(turn, *piece, queue_);
   } else if (const auto* status = std::get_if<protocol::LearnerStatus>(&event.message)) {
