@@ -55,6 +55,9 @@ inline constexpr std::size_t kWorkersMax = 4096;
 inline constexpr int kLeasesPerWorkerMax = kHeldPerMessageMax;
 inline constexpr std::size_t kRefusalsPerWorkerMax = 256;
 inline constexpr std::size_t kNumericClassesMax = 1024;
+/// Of the name of a numeric class, and of a host's in the journal; longer ones are cut.
+inline constexpr std::size_t kNumericClassBytesMax = 128;
+inline constexpr std::size_t kHostNameBytesMax = 64;
 /// The journal's lag: results written and not yet on stable storage, 94 bytes each.
 inline constexpr std::int64_t kUnsyncedResultsMax = 65'536;
 

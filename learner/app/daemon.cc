@@ -13,8 +13,8 @@
 #include <stdexcept>
 
 #include "common/base/config_error.h"
+#include "common/base/cut_text.h"
 #include "common/files/atomic_file.h"
-#include "common/files/whole_file.h"
 #include "common/program/program.h"
 #include "common/program/standard_output.h"
 #include "common/protocol/timings.h"
@@ -26,9 +26,11 @@
 #include "learner/core/learner_core.h"
 #include "learner/journal/journal_file.h"
 #include "learner/journal/journal_fold.h"
+#include "learner/journal/journal_origins.h"
 #include "learner/results/state_directory.h"
 #include "learner/results/summary.h"
 #include "learner/study/study_file.h"
+#include "learner/study/task_table.h"
 #include "learner/worker_program/task_survey.h"
 
 namespace treeroll {
@@ -77,7 +79,9 @@ class LearnerDaemon : private learner::EffectHandler {
                    tail.torn_bytes);
     }
     journal_->continue_after(tail);
-    journal_->append(JournalStart{kAlgorithmVersion, study_id, settings_.learner_id},
+    journal_->append(JournalStart{.study_id = study_id,
+                                  .learner_id = settings_.learner_id,
+                                  .program = cut_text(program_version(), kProgramBytesMax)},
                      wall_time_us());
     journal_->sync();
   }
@@ -156,6 +160,8 @@ class LearnerDaemon : private learner::EffectHandler {
   }
 
   void append(const AcceptedResult& result) override { journal_->append(result, wall_time_us()); }
+
+  void append(const KnownWorker& worker) override { journal_->append(worker, wall_time_us()); }
 
   void append(const LearningTime& time) override { journal_->append(time, wall_time_us()); }
 
@@ -237,11 +243,14 @@ void salvage(const fs::path& journal) {
 int run_learner(const LearnerOptions& options) {
   const bool resumes = !options.resume_dir.empty();
   if (resumes) check_resumable(options.resume_dir);
-  const LoadedStudy loaded =
+  LoadedStudy loaded =
       load_study(resumes ? study_of(options.resume_dir) : options.study_file, options.overrides);
   learner::LearnerSettings settings;
   settings.learner_id = draw_learner_id();
-  settings.known_tasks = survey_tasks(loaded, options.worker_program, options.needs_worker_program);
+  const std::map<std::string, DescribedTask> tasks =
+      survey_tasks(loaded, options.worker_program, options.needs_worker_program);
+  settings.known_tasks = resumes ? descriptions_of(tasks) : resolve_tasks(loaded, tasks);
+  const std::string resolved = resumes ? std::string() : loaded.resolved.to_toml(program_version());
   fs::path directory = resumes ? options.resume_dir : options.state_dir;
   if (directory.empty()) directory = fs::path("treeroll-runs") / loaded.study.name;
   if (!resumes) check_state_directory(directory);
@@ -251,15 +260,22 @@ int run_learner(const LearnerOptions& options) {
   daemon.lock_journal(journal_of(directory));
   if (!resumes) {
     check_state_directory(directory);  // again: another learner may have been faster to the lock
-    write_atomically(study_of(directory), loaded.resolved_toml);  // and the journal's name lasts
+    write_atomically(study_of(directory), resolved);  // and the journal's name lasts
   }
   if (options.salvage) salvage(journal_of(directory));
-  daemon.continue_journal(journal_of(directory),
-                          content_hash(read_whole_file(study_of(directory))));
+  daemon.continue_journal(journal_of(directory), study_id_of(directory));
   spdlog::info("learner {:x}, study {}: {} conditions x {} repetitions, {} {}", settings.learner_id,
                loaded.study.name, loaded.study.conditions.size(), loaded.study.repetitions,
                resumes ? "goes on in" : "results go to", directory.string());
   log_fits(loaded);
+  if (const std::string condition = unresolved_condition(loaded); !condition.empty()) {
+    spdlog::warn(
+        "condition {}: the study does not hold what its task makes of the settings, so that "
+        "workers of other defaults are not noticed ({})",
+        condition,
+        resumes ? "it was begun without a worker program that knows the task, or by version 0.1.0"
+                : "no worker program here knows the task: --worker-program");
+  }
   if (resumes) {
     spdlog::info("{} roll-outs are in the journal", daemon.core().counters().applied);
   }
@@ -269,14 +285,22 @@ int run_learner(const LearnerOptions& options) {
   const double elapsed_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::vector<RunRecord> runs = daemon.core().run_records();
-  const StudySummary summary{loaded.study.name, summarize(runs), daemon.core().counters(),
-                             daemon.core().worker_records(), elapsed_s};
+  const StudySummary summary{loaded.study.name,
+                             summarize(runs),
+                             daemon.core().counters(),
+                             daemon.core().worker_records(),
+                             elapsed_s,
+                             daemon.core().results_by_class()};
   if (const std::string failures = write_results(directory, runs); !failures.empty()) {
     throw std::runtime_error(failures);
   }
   daemon.seal_journal();
   // Last: whoever reads it may have gone, which ends us at once (SIGPIPE).
   fmt::print("{}", options.json ? to_json(summary) + "\n" : to_table(summary.conditions));
+  if (!options.json && summary.results_by_class.size() > 1) {
+    fmt::print("numeric classes: {}: bits depend on who evaluated what\n",
+               class_list(summary.results_by_class));
+  }
   flush_standard_output();
   if (daemon.core().outcome() != learner::LearnerCore::Outcome::kDone) {
     spdlog::warn("stopped early with {} roll-outs; go on with --resume {}", summary.ledger.applied,

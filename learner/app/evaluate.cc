@@ -93,7 +93,7 @@ void evaluate_policy(const EvaluateOptions& options) {
   const Condition& condition = loaded.study.conditions[chosen];
   const TaskDescription task = [&] {
     try {
-      return describe_task(condition.task_content, options.worker_program);
+      return describe_task(condition.task_content, options.worker_program).description;
     } catch (const ConfigError& error) {
       throw condition_error(loaded, chosen, error);
     }

@@ -1,6 +1,7 @@
 #include "learner/app/replay.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -15,6 +16,7 @@
 #include "common/files/whole_file.h"
 #include "common/program/standard_output.h"
 #include "learner/journal/journal_fold.h"
+#include "learner/journal/journal_origins.h"
 #include "learner/results/csv.h"
 #include "learner/results/state_directory.h"
 #include "learner/results/summary.h"
@@ -48,9 +50,11 @@ struct Contents {
   int num_seals = 0;                          ///< clean ends
   std::vector<protocol::LearnerId> learners;  ///< one after the other
   std::optional<LearningTime> time;           ///< the last noted
+  JournalOrigins origins;
 };
 
 void count(const JournalRecord& record, Contents& contents) {
+  contents.origins.add(record);
   if (const auto* start = std::get_if<JournalStart>(&record)) {
     contents.learners.push_back(start->learner_id);
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
@@ -116,6 +120,10 @@ void say(const Places& places, const JournalTail& tail, const Contents& contents
              : tail.torn_bytes > 0 ? fmt::format(", then {} torn bytes", tail.torn_bytes)
                                    : ", not sealed: interrupted, or a learner is at work",
              contents.learners.size(), contents.num_results, contents.num_failed);
+  fmt::print("programs   treeroll {}\n", fmt::join(contents.origins.programs(), ", "));
+  if (contents.num_results > 0) {
+    fmt::print("classes    {}\n", class_list(contents.origins.results_by_class()));
+  }
   if (contents.time) fmt::print("learning   {:.1f} s\n", to_seconds(contents.time->elapsed));
 }
 
@@ -127,14 +135,35 @@ bool is_journal(const Places& places, const JournalTail& tail) {
   return false;
 }
 
-bool verify(const Places& places) {
+/// Compares the start policies that the study holds with what a fit gives now.
+/// @return how many were fitted; nothing if one differs, which is said
+std::optional<int> compare_starts(const Places& places, const LoadedStudy& stored) {
+  const LoadedStudy fitted =
+      load_study(places.study, {}, learnable_policies(), StoredStarts::kFittedAgain);
+  int num_fits = 0;
+  bool agree = true;
+  for (std::size_t i = 0; i < stored.study.conditions.size(); ++i) {
+    if (!stored.demonstrations[i]) continue;
+    ++num_fits;
+    if (to_json(*stored.study.conditions[i].start) == to_json(*fitted.study.conditions[i].start) &&
+        stored.log_likelihoods[i] == fitted.log_likelihoods[i]) {
+      continue;
+    }
+    spdlog::error("{}: condition {} starts from another policy than a fit gives",
+                  places.study.string(), stored.study.conditions[i].name);
+    agree = false;
+  }
+  return agree ? std::optional(num_fits) : std::nullopt;
+}
+
+bool verify(const Places& places, bool refit) {
   const LoadedStudy loaded = load_study(places.study, {});
   learner::LearnerCore core(loaded.study, learner::LearnerSettings{});
   Contents contents;
   JournalTail tail;
   try {
-    tail = fold_journal(places.journal, content_hash(read_whole_file(places.study)), TimePoint{},
-                        core, [&](const JournalRecord& record) { count(record, contents); });
+    tail = fold_journal(places.journal, study_id_of(places.directory), TimePoint{}, core,
+                        [&](const JournalRecord& record) { count(record, contents); });
   } catch (const std::runtime_error& error) {
     spdlog::error("{}", error.what());
     return false;
@@ -142,6 +171,11 @@ bool verify(const Places& places) {
   if (!is_journal(places, tail)) return false;
   say(places, tail, contents);
   fmt::print("verified   every draw and update is that of the study and the rewards\n");
+  if (refit) {
+    const std::optional<int> num_fits = compare_starts(places, loaded);
+    if (!num_fits) return false;
+    fmt::print("starts     {} fits give what the study holds\n", *num_fits);
+  }
   if (!tail.sealed && contents.num_seals > 0) {
     fmt::print("results    not compared: they are those of an earlier stop\n");
     return true;
@@ -213,7 +247,7 @@ bool summarize_journal(const Places& places) {
   const LoadedStudy loaded = load_study(places.study, {});
   learner::LearnerCore core(loaded.study, learner::LearnerSettings{});
   try {
-    fold_journal(places.journal, content_hash(read_whole_file(places.study)), TimePoint{}, core);
+    fold_journal(places.journal, study_id_of(places.directory), TimePoint{}, core);
   } catch (const std::runtime_error& error) {
     spdlog::error("{}", error.what());
     return false;
@@ -226,7 +260,7 @@ bool summarize_journal(const Places& places) {
 
 bool replay(const ReplayOptions& options) {
   const Places places = find(options.path);
-  const bool agreed = options.verify                  ? verify(places)
+  const bool agreed = options.verify                  ? verify(places, options.refit)
                       : options.export_format.empty() ? summarize_journal(places)
                                                       : export_results(places, options);
   flush_standard_output();

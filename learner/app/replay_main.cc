@@ -11,6 +11,9 @@ void describe(CommandLine& line, ReplayOptions& options) {
   const Option verify =
       line.add("--verify", options.verify,
                "Recompute every perturbation and update, and compare the result files");
+  line.add("--refit", options.refit,
+           "With --verify: fit the start policies again and compare them with the study's")
+      .needs(verify);
   const Option format = line.add("--export", options.export_format,
                                  "Print the results in the order of their acceptance")
                             .one_of({"csv", "jsonl"})

@@ -15,12 +15,17 @@ namespace {
 /// How long roll-outs under way are waited for when the learner is asked to stop.
 constexpr Duration kStopGrace = std::chrono::seconds(5);
 
+LearnerSettings with_class(LearnerSettings settings, const std::string& numeric_class) {
+  settings.numeric_class = numeric_class;
+  return settings;
+}
+
 }  // namespace
 
 LearnerCore::LearnerCore(Study study, LearnerSettings settings)
     : study_(std::move(study)),
       learner_id_(settings.learner_id),
-      workforce_(std::move(settings), *this) {
+      workforce_(with_class(std::move(settings), study_.numeric_class), *this) {
   for (const Condition& condition : study_.conditions) {
     task_ids_.push_back(workforce_.add_task(condition.task_content));
   }
@@ -72,7 +77,11 @@ void LearnerCore::on(const Turn& turn, const ResultRecovered& event) {
         facts->reward_max));
   }
   workforce_.withdraw(result.key);
-  take(turn, result, kUnknownClass);
+  take(turn, result, workforce_.class_of(result));
+}
+
+void LearnerCore::on(const Turn&, const WorkerRecovered& event) {
+  workforce_.recover(event.worker);
 }
 
 void LearnerCore::on(const Turn& turn, const MessageReceived& event) {

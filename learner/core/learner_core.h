@@ -22,7 +22,7 @@ namespace treeroll::learner {
 ///
 ///   LearnerCore core(study, settings);
 ///   core.step(now, Started{}, effects);
-///   ... ResultRecovered and TimeRecovered for each record of a journal, then
+///   ... ResultRecovered, WorkerRecovered and TimeRecovered for each record of a journal, then
 ///   core.step(now, RecoveryFinished{}, effects);
 ///   ... for each event, and TimerFired at core.next_deadline():
 ///   core.step(now, event, effects);  // carry_out() and clear the effects
@@ -52,6 +52,10 @@ class LearnerCore : private Client {
   LedgerCounters counters() const;
   const Ledger& ledger() const { return workforce_.ledger(); }
   std::vector<RunRecord> run_records() const;
+  /// Accepted results by the numeric class of their workers, as far as it is known.
+  const std::map<std::string, std::int64_t>& results_by_class() const {
+    return workforce_.classes().counts();
+  }
   std::vector<WorkerRecord> worker_records() const {
     return workforce_.workers().records(started_at_);
   }
@@ -60,6 +64,7 @@ class LearnerCore : private Client {
   // learner_core.cc: what happens.
   void on(const Turn& turn, const Started& event);
   void on(const Turn& turn, const ResultRecovered& event);
+  void on(const Turn& turn, const WorkerRecovered& event);
   void on(const Turn& turn, const MessageReceived& event);
   void on(const Turn& turn, const InboxDrained& event);
   void on(const Turn& turn, const TimerFired& event);

@@ -16,6 +16,7 @@ struct LearnerSettings {
   std::size_t batch_bytes_max = 0;  ///< of one roll-out batch that holds more than one roll-out
   /// Descriptions known beforehand, by task content; the others are asked of the workers.
   std::map<std::string, TaskDescription> known_tasks;
+  std::string numeric_class = "any";  ///< Study::numeric_class, set by the core
   /// Accepted results that may wait for JournalSynced; past it nothing is accepted or given out.
   std::int64_t unsynced_results_max = protocol::kUnsyncedResultsMax;
 };

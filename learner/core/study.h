@@ -28,6 +28,8 @@ struct Study {
   bool in_sequence = true;  ///< results are applied by number, not as they arrive
   /// Time of learning after which no run draws any more; of all runs, since they share the workers.
   std::optional<Duration> stop_after;
+  /// Of the workers it takes results from: a name, or "any", or "one", that of the first result.
+  std::string numeric_class = "any";
   std::vector<Condition> conditions;
 
   int num_runs() const { return static_cast<int>(conditions.size()) * repetitions; }

@@ -19,9 +19,10 @@ void check_same_study(const JournalStart& start, const ContentHash& study_id) {
     throw std::runtime_error("the journal belongs to another study than study.toml");
   }
   if (start.algorithm_version != kAlgorithmVersion) {
-    throw std::runtime_error(
-        fmt::format("the journal was written by version {} of the algorithm, this is version {}",
-                    start.algorithm_version, kAlgorithmVersion));
+    throw std::runtime_error(fmt::format(
+        "the journal was written by version {} of the algorithm (treeroll {}), this is version {}: "
+        "take that treeroll, or learn its study.toml anew",
+        start.algorithm_version, start.format == 1 ? "0.1.0" : start.program, kAlgorithmVersion));
   }
 }
 
@@ -34,6 +35,9 @@ void fold(const JournalRecord& record, const ContentHash& study_id, TimePoint no
   learner::Effects unsent;
   const auto* result = std::get_if<AcceptedResult>(&record);
   const auto* time = std::get_if<LearningTime>(&record);
+  if (const auto* worker = std::get_if<KnownWorker>(&record)) {
+    return core.step(now, learner::WorkerRecovered{*worker}, unsent);
+  }
   if (!result && !time) return;
   if (core.outcome() == learner::LearnerCore::Outcome::kDone) {
     throw std::runtime_error("the journal goes on although every run has ended");

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 namespace treeroll {
 namespace {
@@ -12,15 +13,23 @@ namespace {
 constexpr std::uint32_t kSyncWord = 0xeda1da01;
 constexpr std::size_t kHeaderBytes = 28;
 constexpr std::size_t kCheckBytes = 8;
+/// Of a start of form 1, behind its kind.
+constexpr std::size_t kFirstStartBytes = 28;
 constexpr std::string_view kChannel = kJournalChannel;
 
-enum Kind : std::uint8_t { kStart = 1, kResult = 2, kSeal = 3, kTime = 4 };
+enum Kind : std::uint8_t { kStart = 1, kResult = 2, kSeal = 3, kTime = 4, kWorker = 16 };
 
 template <class Integer>
 void put(std::string& bytes, Integer value) {
   for (int shift = 8 * (static_cast<int>(sizeof value) - 1); shift >= 0; shift -= 8) {
     bytes.push_back(static_cast<char>(static_cast<std::uint64_t>(value) >> shift));
   }
+}
+
+/// Precondition: at most 255 bytes.
+void put_text(std::string& bytes, const std::string& text) {
+  put(bytes, static_cast<std::uint8_t>(text.size()));
+  bytes += text;
 }
 
 /// Reads big-endian integers in turn. Precondition of each: enough bytes are left.
@@ -39,6 +48,13 @@ class Cursor {
   std::string_view take_bytes(std::size_t size) {
     place_ += size;
     return bytes_.substr(place_ - size, size);
+  }
+  /// Nothing if the text would end behind the bytes or is longer than it may be.
+  std::optional<std::string> take_text(std::size_t size_max) {
+    if (left() < 1) return std::nullopt;
+    const auto size = take<std::uint8_t>();
+    if (size > size_max || size > left()) return std::nullopt;
+    return std::string(take_bytes(size));
   }
   std::size_t left() const { return bytes_.size() - place_; }
 
@@ -59,6 +75,10 @@ std::string payload_of(const JournalRecord& record) {
     bytes.append(reinterpret_cast<const char*>(start->study_id.bytes.data()),
                  start->study_id.bytes.size());
     put(bytes, start->learner_id);
+    if (start->format > 1) {
+      put(bytes, start->format);
+      put_text(bytes, start->program);
+    }
   } else if (const auto* result = std::get_if<AcceptedResult>(&record)) {
     put(bytes, static_cast<std::uint8_t>(kResult));
     put(bytes, result->key.run);
@@ -70,6 +90,11 @@ std::string payload_of(const JournalRecord& record) {
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
     put(bytes, static_cast<std::uint8_t>(kTime));
     put(bytes, std::int64_t{time->elapsed.count()});
+  } else if (const auto* worker = std::get_if<KnownWorker>(&record)) {
+    put(bytes, static_cast<std::uint8_t>(kWorker));
+    put(bytes, worker->worker_id);
+    put_text(bytes, worker->numeric_class);
+    put_text(bytes, worker->host);
   } else {
     put(bytes, static_cast<std::uint8_t>(kSeal));
   }
@@ -79,11 +104,21 @@ std::string payload_of(const JournalRecord& record) {
 Result<JournalRecord> record_of(std::string_view payload) {
   Cursor cursor(payload);
   const auto kind = cursor.take<std::uint8_t>();
-  if (kind == kStart && cursor.left() == 28) {
+  if (kind == kStart && cursor.left() >= kFirstStartBytes) {
     JournalStart start;
+    start.format = 1;
     start.algorithm_version = cursor.take<std::uint32_t>();
     std::memcpy(start.study_id.bytes.data(), cursor.take_bytes(16).data(), 16);
     start.learner_id = cursor.take<std::int64_t>();
+    if (cursor.left() == 0) return JournalRecord(start);
+    if (cursor.left() < sizeof start.format) return Error{"a start ends amid its form"};
+    start.format = cursor.take<std::uint32_t>();
+    const std::optional<std::string> program = cursor.take_text(kProgramBytesMax);
+    // What a later form has beside is its own business: who reads it refuses the form.
+    if (!program || start.format < 2 || (start.format == kJournalFormat && cursor.left() > 0)) {
+      return Error{"a start names no form and program"};
+    }
+    start.program = *program;
     return JournalRecord(start);
   }
   if (kind == kResult && cursor.left() == 33) {
@@ -103,6 +138,16 @@ Result<JournalRecord> record_of(std::string_view payload) {
   }
   if (kind == kTime && cursor.left() == 8) {
     return JournalRecord(LearningTime{Duration(cursor.take<std::int64_t>())});
+  }
+  if (kind == kWorker && cursor.left() >= 8) {
+    KnownWorker worker;
+    worker.worker_id = cursor.take<std::int64_t>();
+    const auto numeric_class = cursor.take_text(protocol::kNumericClassBytesMax);
+    const auto host = cursor.take_text(protocol::kHostNameBytesMax);
+    if (!numeric_class || !host || cursor.left() > 0) return Error{"a worker is not whole"};
+    worker.numeric_class = *numeric_class;
+    worker.host = *host;
+    return JournalRecord(worker);
   }
   if (kind == kSeal && cursor.left() == 0) return JournalRecord(JournalSeal{});
   return Error{fmt::format("a record of kind {} cannot have {} bytes", kind, payload.size())};

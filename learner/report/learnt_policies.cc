@@ -40,7 +40,9 @@ class RolloutMaker {
       auto task = tasks_.find(task_content);
       if (task == tasks_.end()) {
         tasks_[task_content] = std::nullopt;  // if it cannot be described, it is asked about once
-        task = tasks_.insert_or_assign(task_content, describe_task(task_content, program_)).first;
+        task =
+            tasks_.insert_or_assign(task_content, describe_task(task_content, program_).description)
+                .first;
         all_deterministic_ = all_deterministic_ && task->second->deterministic;
       }
       if (!task->second) return std::nullopt;

@@ -11,9 +11,12 @@
 #include "common/base/config_error.h"
 #include "common/files/atomic_file.h"
 #include "common/program/standard_output.h"
+#include "learner/journal/journal_file.h"
+#include "learner/journal/journal_origins.h"
 #include "learner/report/claims_file.h"
 #include "learner/report/report_figures.h"
 #include "learner/report/report_sections.h"
+#include "learner/results/state_directory.h"
 #include "learner/study/study_error.h"
 #include "learner/study/study_file.h"
 
@@ -55,7 +58,8 @@ std::vector<StudyResults> read_studies(const std::vector<fs::path>& directories)
   return studies;
 }
 
-/// Under what the conditions began with, refitted: no table holds it. Only where a claim asks.
+/// Under what the conditions began with: the study holds it, no table does. Only where a claim
+/// asks.
 void add_log_likelihoods(const std::vector<Claim>& claims, std::vector<StudyResults>& studies) {
   for (StudyResults& results : studies) {
     const bool is_asked = std::any_of(claims.begin(), claims.end(), [&](const Claim& claim) {
@@ -73,6 +77,26 @@ void add_log_likelihoods(const std::vector<Claim>& claims, std::vector<StudyResu
       // A demonstration that has been moved away: the claim is not measured, the others stand.
       fmt::print(stderr, "fits of {} are not judged: {}\n", results.name, error.what());
     }
+  }
+}
+
+/// Results of workers of several numeric classes are worth a word. A study without a journal says
+/// nothing of them.
+void remark_classes(const StudyResults& study, std::vector<std::string>& remarks) {
+  const fs::path journal = journal_of(study.directory);
+  if (!fs::is_regular_file(journal)) return;
+  JournalOrigins origins;
+  const Result<JournalTail> tail =
+      read_journal(journal, [&](const JournalRecord& record) { origins.add(record); });
+  if (!tail) {
+    fmt::print(stderr, "{}\n", tail.error().message);
+    remarks.emplace_back(
+        "On what the roll-outs were computed is not known: the journal is damaged.");
+  } else if (origins.results_by_class().size() > 1) {
+    remarks.push_back(
+        fmt::format("The roll-outs were computed by workers of several numeric classes: {}. The "
+                    "bits of the results depend on who computed which.",
+                    class_list(origins.results_by_class())));
   }
 }
 
@@ -158,6 +182,7 @@ void write_report(const ReportOptions& options) {
   for (const StudyResults& study : studies) {
     figures.push_back(draw_study(study, options.output, options.worker_program,
                                  kNoiseRolloutsMax / static_cast<std::int64_t>(studies.size())));
+    remark_classes(study, figures.back().remarks);
   }
   if (!claims.empty()) {
     std::vector<Picture> all;

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include "common/base/config_error.h"
+#include "common/base/line_ends.h"
 #include "common/files/atomic_file.h"
+#include "common/files/whole_file.h"
 #include "learner/results/csv.h"
 
 namespace treeroll {
@@ -12,6 +14,10 @@ namespace fs = std::filesystem;
 
 fs::path study_of(const fs::path& directory) { return directory / "study.toml"; }
 fs::path journal_of(const fs::path& directory) { return directory / "journal.lcmlog"; }
+
+ContentHash study_id_of(const fs::path& directory) {
+  return content_hash(with_plain_line_ends(read_whole_file(study_of(directory))));
+}
 
 void check_state_directory(const fs::path& directory) {
   const auto refuse = [&directory](const std::string& rule) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/content_hash.h"
 #include "learner/core/run_record.h"
 
 namespace treeroll {
@@ -14,6 +15,10 @@ namespace treeroll {
 
 std::filesystem::path study_of(const std::filesystem::path& directory);
 std::filesystem::path journal_of(const std::filesystem::path& directory);
+
+/// What a journal calls the study of its directory: content_hash() of study.toml, whose lines count
+/// as ending with "\n". Throws std::runtime_error if it cannot be read.
+ContentHash study_id_of(const std::filesystem::path& directory);
 
 /// Throws ConfigError unless the path is free or a directory in which nothing has been learnt.
 void check_state_directory(const std::filesystem::path& directory);

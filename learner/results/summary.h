@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,12 +40,15 @@ struct StudySummary {
   LedgerCounters ledger;
   std::vector<WorkerRecord> workers;
   double elapsed_s = 0;
+  /// Accepted results by the numeric class of their workers, as far as it is known.
+  std::map<std::string, std::int64_t> results_by_class = {};
 };
 
 /// Aligned columns for people, a line a condition, with a heading; "-" for an absent figure.
 std::string to_table(const std::vector<ConditionSummary>& conditions);
 
-/// One JSON object (study, seconds, conditions, ledger, workers); null for an absent figure.
+/// One JSON object (study, seconds, conditions, ledger, workers, numeric_classes); null for an
+/// absent figure.
 std::string to_json(const StudySummary& summary);
 
 }  // namespace treeroll

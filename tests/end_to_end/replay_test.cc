@@ -154,7 +154,7 @@ TEST_F(ReplayTest, AForgedJournalIsFoundOut) {
               HasSubstr("another study"));
   EXPECT_THAT(
       error_of([](auto& records) { ++std::get<JournalStart>(records[0]).algorithm_version; }),
-      HasSubstr("version 2 of the algorithm, this is version 1"));
+      HasSubstr("version 2 of the algorithm (treeroll "));
   EXPECT_THAT(error_of([](auto& records) { records.resize(100); }), HasSubstr("differs from what"));
   EXPECT_THAT(error_of([](auto& records) {
                 records.insert(records.begin() + 9, LearningTime{seconds(1)});

@@ -7,6 +7,11 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <set>
+#include <stdexcept>
+
+#include "learner/journal/journal_fold.h"
+#include "learner/journal/journal_origins.h"
 
 namespace treeroll {
 namespace {
@@ -24,6 +29,8 @@ class JournalFileTest : public ::testing::Test {
 
   static constexpr LearningTime kTime{std::chrono::milliseconds(1234)};
 
+  const KnownWorker kWorker{77, "x86_64 glibc 2.36", "host"};
+
   static AcceptedResult result(int number) {
     return {{1, number}, 1000 + number, Outcome::ok(number / 8.), 77};
   }
@@ -33,7 +40,7 @@ class JournalFileTest : public ::testing::Test {
     {
       JournalWriter writer(path());
       writer.continue_after({});
-      writer.append(JournalStart{}, 5);
+      writer.append(JournalStart{.program = "0.2.0"}, 5);
       for (int number = 0; number < num_results; ++number) writer.append(result(number), 6);
       writer.append(kTime, 7);
       if (sealed) writer.append(JournalSeal{}, 7);
@@ -67,7 +74,7 @@ TEST_F(JournalFileTest, GivesBackWhatWasWritten) {
   EXPECT_EQ(tail->torn_bytes, 0U);
   ASSERT_EQ(records_.size(), 6U);
   EXPECT_EQ(records_[4], JournalRecord(kTime));
-  EXPECT_EQ(records_[0], JournalRecord(JournalStart{}));
+  EXPECT_EQ(records_[0], JournalRecord(JournalStart{.program = "0.2.0"}));
   for (int number = 0; number < 3; ++number) {
     EXPECT_EQ(records_[number + 1], JournalRecord(result(number)));
   }
@@ -75,8 +82,10 @@ TEST_F(JournalFileTest, GivesBackWhatWasWritten) {
 
 TEST_F(JournalFileTest, TheSizeOfARecordIsThatOfItsEvent) {
   std::uint64_t check = 0;
-  for (const JournalRecord& record : {JournalRecord(JournalStart{}), JournalRecord(result(1)),
-                                      JournalRecord(kTime), JournalRecord(JournalSeal{})}) {
+  for (const JournalRecord& record :
+       {JournalRecord(JournalStart{}), JournalRecord(JournalStart{.program = "0.2.0"}),
+        JournalRecord(result(1)), JournalRecord(kTime), JournalRecord(kWorker),
+        JournalRecord(JournalSeal{})}) {
     EXPECT_EQ(framed_size(record), frame(record, 0, 0, 0, check).size());
   }
 }
@@ -135,8 +144,8 @@ TEST_F(JournalFileTest, RecordsTakenOutOrMovedAreDetected) {
 }
 
 TEST_F(JournalFileTest, WhatIsNoJournalIsNoTornTail) {
-  const std::string whole = write(0, false);
-  const std::size_t start = unframe(whole)->size;
+  const std::size_t start =
+      framed_size(JournalStart{.program = std::string(kProgramBytesMax, 'x')});
   replace(std::string(start, '\0'));  // a crash can leave as much of the first record
   EXPECT_TRUE(read());
   for (const std::string& bytes : {std::string(start + 1, '\0'), std::string(100'000, 'x')}) {
@@ -145,6 +154,50 @@ TEST_F(JournalFileTest, WhatIsNoJournalIsNoTornTail) {
     ASSERT_FALSE(tail);
     EXPECT_THAT(tail.error().message, HasSubstr("is no journal: not one record is in its"));
   }
+}
+
+TEST_F(JournalFileTest, AJournalOfTheFirstFormIsReadAndGoesOnInThisOne) {
+  const std::vector<JournalRecord> records{JournalStart{.learner_id = 3, .format = 1}, result(0),
+                                           JournalStart{.learner_id = 4, .program = "0.2.0"},
+                                           kWorker, result(1)};
+  JournalWriter writer(path());
+  for (const JournalRecord& record : records) writer.append(record, 1);
+  writer.sync();
+  ASSERT_TRUE(read());
+  EXPECT_EQ(records_, records);
+  // As 0.1.0 wrote a start: 28 bytes behind its kind.
+  EXPECT_EQ(framed_size(records[0]), 28U + 16 + 1 + 28 + 16);
+  JournalOrigins origins;
+  for (const JournalRecord& record : records_) origins.add(record);
+  EXPECT_EQ(origins.programs(), (std::set<std::string>{"0.1.0", "0.2.0"}));
+  EXPECT_EQ(class_list(origins.results_by_class()), "not known (1), x86_64 glibc 2.36 (1)");
+}
+
+TEST_F(JournalFileTest, ALaterFormIsNamedWithItsProgramAndIsNoDamage) {
+  write(2, false);
+  const Result<JournalTail> tail = read();
+  ASSERT_TRUE(tail);
+  JournalWriter writer(path());
+  writer.continue_after(*tail);
+  writer.append(JournalStart{.format = 9, .program = "7.1"}, 8);
+  writer.sync();
+  const auto error_of = [](const auto& act) -> std::string {
+    try {
+      act();
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  const std::string expected =
+      path().string() + ": record 4 at byte " + std::to_string(tail->intact_bytes) +
+      ": from here on it is written in form 9 by treeroll 7.1, and this program reads forms up to "
+      "2: take that version";
+  EXPECT_EQ(error_of([this] { (void)read(); }), expected);
+  // Salvage would cut off what is whole.
+  const auto size = fs::file_size(path());
+  EXPECT_EQ(error_of([this] { (void)salvage_journal(path()); }), expected);
+  EXPECT_EQ(fs::file_size(path()), size);
 }
 
 TEST_F(JournalFileTest, BeginsWithAStartAndGoesOnWithOneBehindASeal) {

@@ -32,19 +32,26 @@ std::string lines_of(const std::string& bytes, std::initializer_list<std::size_t
 
 TEST(WorkedExampleTest, IsWhatTheCodeWrites) {
   std::uint64_t check = 0;
-  const std::string start = frame(
-      JournalStart{
-          .algorithm_version = 1, .study_id = content_hash("[study]\n"), .learner_id = 258},
-      0, 1'000'000, 0, check);
+  const std::string start = frame(JournalStart{.algorithm_version = 1,
+                                               .study_id = content_hash("[study]\n"),
+                                               .learner_id = 258,
+                                               .format = 2,
+                                               .program = "0.1.0"},
+                                  0, 1'000'000, 0, check);
+  const std::string worker =
+      frame(KnownWorker{.worker_id = 4660, .numeric_class = "x86_64", .host = "vm"}, 1, 2'000'000,
+            check, check);
   const std::string result = frame(AcceptedResult{.key = {.run = 2, .number = 7},
                                                   .content = 9,
                                                   .outcome = Outcome::ok(.5),
                                                   .worker_id = 4660},
-                                   1, 2'000'000, check, check);
+                                   2, 2'000'000, check, check);
   const std::string time =
-      frame(LearningTime{.elapsed = std::chrono::seconds(1)}, 2, 2'500'000, check, check);
-  const std::string seal = frame(JournalSeal{}, 3, 3'000'000, check, check);
-  const std::string example = lines_of(start, {4, 8, 8, 4, 4, 16, 1, 4, 16, 8, 8, 8}) + "\n" +
+      frame(LearningTime{.elapsed = std::chrono::seconds(1)}, 3, 2'500'000, check, check);
+  const std::string seal = frame(JournalSeal{}, 4, 3'000'000, check, check);
+  const std::string example = lines_of(start, {4, 8, 8, 4, 4, 16, 1, 4, 16, 8, 4, 1, 5, 8, 8}) +
+                              "\n" + lines_of(worker, {4, 8, 8, 4, 4, 16, 1, 8, 1, 6, 1, 2, 8, 8}) +
+                              "\n" +
                               lines_of(result, {4, 8, 8, 4, 4, 16, 1, 4, 4, 8, 8, 1, 8, 8, 8}) +
                               "\n" + lines_of(time, {4, 8, 8, 4, 4, 16, 1, 8, 8, 8}) + "\n" +
                               lines_of(seal, {4, 8, 8, 4, 4, 16, 1, 8, 8});

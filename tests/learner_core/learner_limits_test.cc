@@ -132,6 +132,24 @@ TEST(LearnerLimitsTest, AClassTooManyComparesWithNothing) {
   EXPECT_EQ(cluster.core->counters().conflicting, 1);
 }
 
+TEST(LearnerLimitsTest, AWorkerThatDescribesTheTaskOtherwiseIsRefusedWithBothValues) {
+  Cluster cluster(small_study(10, 1));
+  cluster.start();
+  FakeWorker other(3, {});
+  cluster.give(other.status(Cluster::kLearner));
+  const ContentHash task = content_hash(small_study(1, 1).conditions[0].task_content);
+  std::string description = kDescription;
+  cluster.give(protocol::DefinitionReport{3, Cluster::kLearner, task, true, description});
+  EXPECT_TRUE(cluster.log.empty() || cluster.log.back().text.find("refuses") == std::string::npos);
+  description.replace(description.find("10.0"), 4, "20.0");
+  cluster.give(protocol::DefinitionReport{3, Cluster::kLearner, task, true, description});
+  ASSERT_FALSE(cluster.log.empty());
+  EXPECT_NE(cluster.log.back().text.find(
+                "task.described.time_limit_s = 20.0: was 10.0 when the study began"),
+            std::string::npos)
+      << cluster.log.back().text;
+}
+
 TEST(LearnerLimitsTest, AWorkerThatRefusesEverythingIsAskedForNothingUntilThatIsForgotten) {
   // A condition a task: more of them than a worker may refuse.
   Study study = small_study(3, 1);

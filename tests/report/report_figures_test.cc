@@ -36,7 +36,7 @@ class ReportFiguresTest : public testing::Test {
     std::ofstream(program) << "#!/bin/sh\ncat > /dev/null\nif [ $1 = --describe-task ]; then\n"
                               "echo '{\"description\": {\"input_dim\": 1, \"output_dim\": 1, "
                               "\"reward_min\": 0, \"reward_max\": 1, \"time_limit_s\": 1, "
-                              "\"deterministic\": false}}'\nelse\necho '"
+                              "\"deterministic\": false}, \"settings\": {}}'\nelse\necho '"
                            << evaluation << "'\nfi\n";
     fs::permissions(program, fs::perms::owner_all);
     return program;

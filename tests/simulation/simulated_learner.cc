@@ -50,7 +50,7 @@ void SimulatedLearner::start() {
   observer_.require(damage.empty(), "its own journal cannot be read: " + damage);
   observer_.require(core_.outcome() != learner::LearnerCore::Outcome::kFailed,
                     "its own journal is refused: " + core_.failure());
-  disk_.append(JournalStart{kAlgorithmVersion, ContentHash{}, id_});
+  disk_.append(JournalStart{.learner_id = id_});
   disk_.sync();
   check_counters();
   step(learner::RecoveryFinished{});
@@ -64,6 +64,8 @@ void SimulatedLearner::recover(const JournalRecord& record) {
     note_answered(result->key);
     synced_.insert(result->key);
     core_.step(schedule_.now(), learner::ResultRecovered{*result}, unsent);
+  } else if (const auto* worker = std::get_if<KnownWorker>(&record)) {
+    core_.step(schedule_.now(), learner::WorkerRecovered{*worker}, unsent);
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
     learnt_before_ = time->elapsed;
     note_time(*time);
@@ -115,6 +117,7 @@ void SimulatedLearner::do_all(const learner::Effects& effects) {
   for (const learner::Effect& effect : effects) {
     if (std::holds_alternative<learner::SendMessage>(effect)) count += 1;
     const bool is_record = std::holds_alternative<learner::AppendResult>(effect) ||
+                           std::holds_alternative<learner::AppendWorker>(effect) ||
                            std::holds_alternative<learner::AppendTime>(effect);
     if (is_record) count += 2;
   }
@@ -167,6 +170,11 @@ void SimulatedLearner::append(const AcceptedResult& result) {
   observer_.require(lag() <= scenario_.unsynced_results_max,
                     "more is accepted than may wait for the disk");
   if (lag() == scenario_.unsynced_results_max) observer_.count("the disk's lag at its limit");
+}
+
+void SimulatedLearner::append(const KnownWorker& worker) {
+  crash_if_due();
+  disk_.append(worker);
 }
 
 void SimulatedLearner::append(const LearningTime& time) {

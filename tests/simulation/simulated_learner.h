@@ -51,6 +51,7 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   void sync();
 
   void append(const AcceptedResult& result) override;
+  void append(const KnownWorker& worker) override;
   void append(const LearningTime& time) override;
   void flush() override;
   void send(const protocol::Message& message) override;

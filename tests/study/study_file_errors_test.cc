@@ -32,7 +32,8 @@ struct BadStudy {
 
 const BadStudy kBadStudies[] = {
     {with("name = \"small\"", "name = \"small\"\nrolouts = 5"),
-     "FILE:3: study.rolouts = 5: unknown key; known here: in_flight, name, order, repetitions, "
+     "FILE:3: study.rolouts = 5: unknown key; known here: in_flight, name, numeric_class, order, "
+     "repetitions, "
      "rollouts, seed, stop_after_s (condition tree)"},
     {with("name = \"small\"", "name = 5"),
      "FILE:2: study.name = 5: must be a string (condition tree)"},
@@ -165,10 +166,20 @@ TEST(StudyFileErrorsTest, APolicyIsMeasuredWithEveryNumberAtItsLongest) {
 }
 
 TEST(StudyFileErrorsTest, AStudyWhoseResolvedFormIsTooLargeIsRefused) {
-  std::string text = with("plant = \"rk4\"", "plant = \"" + std::string(5000, 'x') + "\"");
-  text += "[[axes]]\nkey = \"exploration.first_update\"\nvalues = [10";
-  for (int i = 11; i < 310; ++i) text += ", " + std::to_string(i);
-  EXPECT_THAT(error_of(text + "]\n"), HasSubstr("FILE: the study is too large: with all settings"));
+  const auto error_of_600 = [](const std::string& plant) {
+    std::string text = with("plant = \"rk4\"", "plant = " + plant);
+    text += "[[axes]]\nkey = \"exploration.first_update\"\nvalues = [10";
+    for (int i = 11; i < 610; ++i) text += ", " + std::to_string(i);
+    return error_of(text + "]\n");
+  };
+  std::string numbers = "[1";
+  for (int i = 0; i < 1000; ++i) numbers += ", 1";
+  EXPECT_THAT(error_of_600(numbers + "]"),
+              HasSubstr("FILE: the study is too large: with all settings of each condition"));
+  // Long strings cost a parser little, but not nothing.
+  EXPECT_EQ(error_of_600("\"" + std::string(5000, 'x') + "\""), "");
+  EXPECT_THAT(error_of_600("\"" + std::string(60'000, 'x') + "\""),
+              HasSubstr("FILE: the study is too large: with all settings, demonstrations"));
 }
 
 }  // namespace

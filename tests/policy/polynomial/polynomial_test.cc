@@ -91,9 +91,9 @@ TEST(PolynomialPolicyTest, AStudyNamesItAndItsResolvedFormDoesToo) {
   EXPECT_EQ(condition.start->kind(), "polynomial");
   EXPECT_EQ(condition.exploration.last_layer, 2);
   check_task(loaded, 0, {.input_dim = 1, .output_dim = 1});
-  const StudyText resolved(loaded.resolved_toml);
-  EXPECT_EQ(load_study(resolved.path(), {}, with_polynomials()).resolved_toml,
-            loaded.resolved_toml);
+  const StudyText resolved(loaded.resolved.to_toml(""));
+  EXPECT_EQ(load_study(resolved.path(), {}, with_polynomials()).resolved.to_toml(""),
+            loaded.resolved.to_toml(""));
 
   const auto error_with = [](const PolicyRegistry& policies, const char* override) {
     return error_of(StudyText(kStudy),
