@@ -269,8 +269,8 @@ int run_learner(const LearnerOptions& options) {
   const double elapsed_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::vector<RunRecord> runs = daemon.core().run_records();
-  const StudySummary summary{loaded.study.name, summarize(runs), daemon.core().counters(),
-                             daemon.core().worker_records(), elapsed_s};
+  const StudySummary summary{loaded.study.name, summarize(runs, daemon.core().noisy_conditions()),
+                             daemon.core().counters(), daemon.core().worker_records(), elapsed_s};
   if (const std::string failures = write_results(directory, runs); !failures.empty()) {
     throw std::runtime_error(failures);
   }
@@ -284,6 +284,10 @@ int run_learner(const LearnerOptions& options) {
     return kExitStopped;
   }
   spdlog::info("done in {:.1f} s: {}", elapsed_s, directory.string());
+  if (const std::string why = why_nothing_was_learnt(summary.conditions); !why.empty()) {
+    spdlog::error("nothing was learnt: {}", why);
+    return kExitNothingLearnt;
+  }
   return kExitDone;
 }
 

@@ -33,6 +33,9 @@ void describe(CommandLine& line, LearnerOptions& options) {
   resume.excludes(study).excludes(state_dir).excludes(set);
   line.add("--json", options.json, "Print the summary as JSON on standard output");
   line.require_any("STUDY or --resume DIR", {study, resume});
+  line.end_help_with(
+      "Exit status: 0 done; 2 bad input, nothing was started; 3 stopped early, --resume goes on; 4 "
+      "done, but no roll-out had a positive reward; 1 anything else.");
 }
 
 int learn(LearnerOptions options) {

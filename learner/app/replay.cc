@@ -45,6 +45,7 @@ Places find(const fs::path& path) {
 struct Contents {
   std::int64_t num_results = 0;
   std::int64_t num_failed = 0;
+  std::int64_t num_discarded = 0;             ///< trials that were void
   int num_seals = 0;                          ///< clean ends
   std::vector<protocol::LearnerId> learners;  ///< one after the other
   std::optional<LearningTime> time;           ///< the last noted
@@ -56,6 +57,10 @@ void count(const JournalRecord& record, Contents& contents) {
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
     contents.time = *time;
   } else if (const auto* result = std::get_if<AcceptedResult>(&record)) {
+    if (result->outcome.is_discarded()) {
+      ++contents.num_discarded;
+      return;
+    }
     ++contents.num_results;
     if (!result->outcome.is_ok()) ++contents.num_failed;
   } else if (std::holds_alternative<JournalSeal>(record)) {
@@ -116,6 +121,7 @@ void say(const Places& places, const JournalTail& tail, const Contents& contents
              : tail.torn_bytes > 0 ? fmt::format(", then {} torn bytes", tail.torn_bytes)
                                    : ", not sealed: interrupted, or a learner is at work",
              contents.learners.size(), contents.num_results, contents.num_failed);
+  if (contents.num_discarded > 0) fmt::print("discarded  {} trials\n", contents.num_discarded);
   if (contents.time) fmt::print("learning   {:.1f} s\n", to_seconds(contents.time->elapsed));
 }
 
@@ -158,9 +164,10 @@ bool verify(const Places& places) {
 std::string line_of(const AcceptedResult& result, protocol::LearnerId learner, bool as_json) {
   const std::string_view status = name(result.outcome.status());
   if (!as_json) {
-    return fmt::format(
-        "{},{},{},{},{:x},{:x}\n", result.key.run, result.key.number, result.outcome.reward(),
-        status, static_cast<std::uint64_t>(result.worker_id), static_cast<std::uint64_t>(learner));
+    return fmt::format("{},{},{},{},{:x},{:x},{}\n", result.key.run, result.key.number,
+                       result.outcome.reward(), status,
+                       static_cast<std::uint64_t>(result.worker_id),
+                       static_cast<std::uint64_t>(learner), csv_field(result.outcome.reason()));
   }
   const nlohmann::ordered_json line{
       {"run", result.key.run},
@@ -168,8 +175,9 @@ std::string line_of(const AcceptedResult& result, protocol::LearnerId learner, b
       {"reward", result.outcome.reward()},
       {"status", status},
       {"worker", fmt::format("{:x}", static_cast<std::uint64_t>(result.worker_id))},
-      {"learner", fmt::format("{:x}", static_cast<std::uint64_t>(learner))}};
-  return line.dump() + "\n";
+      {"learner", fmt::format("{:x}", static_cast<std::uint64_t>(learner))},
+      {"reason", result.outcome.reason()}};
+  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 bool export_results(const Places& places, const ReplayOptions& options) {
@@ -182,7 +190,7 @@ bool export_results(const Places& places, const ReplayOptions& options) {
     }
   };
   const bool as_json = options.export_format == "jsonl";
-  if (!as_json) write("run,rollout,reward,status,worker,learner\n");
+  if (!as_json) write("run,rollout,reward,status,worker,learner,reason\n");
   protocol::LearnerId learner = 0;
   const Result<JournalTail> tail = read_journal(places.journal, [&](const JournalRecord& record) {
     if (const auto* start = std::get_if<JournalStart>(&record)) learner = start->learner_id;

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "common/base/check.h"
-#include "common/base/random_stream.h"
 #include "common/protocol/timings.h"
 
 namespace treeroll::learner {
@@ -138,6 +137,7 @@ std::optional<Answer> LearnerCore::answer_of(protocol::RolloutKey key) const {
 void LearnerCore::take(const Turn& turn, const AcceptedResult& result, int numeric_class) {
   Run& run = runs_[result.key.run];
   changed_runs_.insert(result.key.run);
+  if (!result.outcome.is_ok()) note_failure(turn, run, result);
   num_applied_ += run.accept(result.key.number, result.outcome, numeric_class);
   if (run.done()) {
     finish_run(turn, run);
@@ -173,12 +173,12 @@ void LearnerCore::draw(const Turn& turn, Run& run) {
     Question question;
     question.task_id = task_ids_[run.condition()];
     question.policy_id = ids[draw.layer];
-    question.task_seed = static_cast<std::int64_t>(
-        RandomStream(study_.seed, static_cast<std::uint32_t>(run.repetition()),
-                     static_cast<std::uint32_t>(draw.rollout), RandomPurpose::kTaskSeed)
-            .next_bits());
     question.theta = std::move(draw.theta);
-    seal(question, key);
+    for (int trial = 0; trial <= run.num_discards(draw.rollout); ++trial) {
+      if (trial > 0) question.discarded.push_back(question.content);
+      question.task_seed = task_seed(study_, run.repetition(), draw.rollout, trial);
+      seal(question, key);
+    }
     workforce_.ask(key, std::move(question));
   }
 }
@@ -188,6 +188,7 @@ void LearnerCore::finish_run(const Turn& turn, Run& run) {
   policy_ids_[run.index()].clear();
   ++num_done_;
   publish_run(turn, run.index());
+  say_if_start_is_not_beaten(turn, run);
   if (num_done_ < static_cast<int>(runs_.size())) return;
   publish_status(turn);
   end(Outcome::kDone);
@@ -196,7 +197,10 @@ void LearnerCore::finish_run(const Turn& turn, Run& run) {
 LedgerCounters LearnerCore::counters() const {
   LedgerCounters counters = ledger().counters;
   counters.applied = num_applied_;
-  for (const Run& run : runs_) counters.failed += run.num_failed();
+  for (const Run& run : runs_) {
+    counters.failed += run.num_failed();
+    counters.discarded += run.num_discarded();
+  }
   counters.pending = counters.issued - counters.applied;
   return counters;
 }
@@ -206,6 +210,15 @@ std::vector<RunRecord> LearnerCore::run_records() const {
   records.reserve(runs_.size());
   for (const Run& run : runs_) records.push_back(run.record());
   return records;
+}
+
+std::set<std::string> LearnerCore::noisy_conditions() const {
+  std::set<std::string> noisy;
+  for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
+    const TaskDescription* facts = workforce_.facts_of(task_ids_[c]);
+    if (facts && !facts->deterministic) noisy.insert(study_.conditions[c].name);
+  }
+  return noisy;
 }
 
 }  // namespace treeroll::learner

@@ -52,6 +52,8 @@ class LearnerCore : private Client {
   LedgerCounters counters() const;
   const Ledger& ledger() const { return workforce_.ledger(); }
   std::vector<RunRecord> run_records() const;
+  /// Names of those whose task has been described as not deterministic.
+  std::set<std::string> noisy_conditions() const;
   std::vector<WorkerRecord> worker_records() const {
     return workforce_.workers().records(started_at_);
   }
@@ -77,6 +79,8 @@ class LearnerCore : private Client {
 
   void draw(const Turn& turn, Run& run);
   void finish_run(const Turn& turn, Run& run);
+  void note_failure(const Turn& turn, const Run& run, const AcceptedResult& result);
+  void say_if_start_is_not_beaten(const Turn& turn, const Run& run) const;
 
   // learner_core_time.cc: how long it has been.
   void on(const Turn& turn, const TimeRecovered& event);
@@ -112,6 +116,7 @@ class LearnerCore : private Client {
   std::set<int> changed_runs_;  // since their last status message
   int last_status_run_ = -1;
   std::map<int, double> announced_best_;
+  std::string last_failure_;  // in words; empty: none
   LogLimiter log_limiter_;
 };
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/base/cut_text.h"
+#include "common/base/shown_reward.h"
 #include "learner/core/learner_core.h"
 #include "learner/core/waiting.h"
 
@@ -37,7 +38,57 @@ protocol::RunStatus run_status(const Run& run, const Condition& condition) {
   return status;
 }
 
+/// "run 3 (tree, repetition 3)".
+std::string named(const Run& run, const Study& study) {
+  return fmt::format("run {} ({}, repetition {})", run.index(),
+                     study.conditions[static_cast<std::size_t>(run.condition())].name,
+                     run.repetition());
+}
+
+std::string named_rollout(int number) {
+  if (number == Run::kStart) return "the start policy";
+  return number < 0 ? "the final policy" : fmt::format("roll-out {}", number);
+}
+
 }  // namespace
+
+/// Before the run takes it.
+void LearnerCore::note_failure(const Turn& turn, const Run& run, const AcceptedResult& result) {
+  const treeroll::Outcome& outcome = result.outcome;
+  const int number = result.key.number;
+  const std::string_view status = name(outcome.status());
+  std::string words = fmt::format("{}, {}: {}", named(run, study_), named_rollout(number), status);
+  if (!outcome.reason().empty()) words += ": " + outcome.reason();
+  const bool is_given_up =
+      outcome.is_discarded() && run.num_discards(number) >= study_.discards_max;
+  if (is_given_up) {
+    words += fmt::format("; more than {} of its trials are void{}", study_.discards_max,
+                         number < 0 ? "" : ", which ends the run");
+  }
+  if (!outcome.is_discarded() || is_given_up) last_failure_ = words;
+  if (!at_work_since_) return;  // an earlier incarnation has said it
+  if (is_given_up) return turn.warn("roll-outs given up", std::move(words));
+  turn.warn(status, std::move(words));
+}
+
+/// Of a task that is not deterministic one reward is luck: there only the table says it, of all
+/// repetitions together.
+void LearnerCore::say_if_start_is_not_beaten(const Turn& turn, const Run& run) const {
+  const TaskDescription* facts =
+      workforce_.facts_of(task_ids_[static_cast<std::size_t>(run.condition())]);
+  const std::optional<Answer> start = run.answer_of(Run::kStart);
+  const std::optional<Answer> final_policy = run.answer_of(Run::kFinal);
+  if (!at_work_since_ || !facts || !facts->deterministic || !start->outcome.is_ok()) return;
+  const explore::Exploration::Best& best = run.exploration().best();
+  const double best_reward = best.rollout >= 0 ? best.reward : 0;
+  const double final_reward = final_policy->outcome.reward();
+  if (std::max(best_reward, final_reward) > start->outcome.reward()) return;
+  turn.warn("runs that do not beat their start",
+            fmt::format("{} never beats its start policy, whose reward is {}: its best roll-out "
+                        "has {}, its final policy {}",
+                        named(run, study_), shown_reward(start->outcome.reward()),
+                        shown_reward(best_reward), shown_reward(final_reward)));
+}
 
 void LearnerCore::publish_run(const Turn& turn, int index) {
   changed_runs_.erase(index);
@@ -84,6 +135,8 @@ void LearnerCore::publish_status(const Turn& turn) {
   status.num_late = now_counted.late;
   status.num_duplicate = now_counted.duplicate;
   status.num_failed = now_counted.failed;
+  status.num_discarded = now_counted.discarded;
+  status.last_failure = cut_text(last_failure_, protocol::kStringBytesMax);
   status.num_rejected = now_counted.rejected;
   status.num_reissued = now_counted.reissued;
   status.num_conflicting = now_counted.conflicting;

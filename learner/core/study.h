@@ -28,6 +28,9 @@ struct Study {
   bool in_sequence = true;  ///< results are applied by number, not as they arrive
   /// Time of learning after which no run draws any more; of all runs, since they share the workers.
   std::optional<Duration> stop_after;
+  int final_evaluations = 1;  ///< of each run's final mean policy, each with a seed of its own
+  /// Trials of one roll-out that its task may discard; one more ends the run.
+  int discards_max = 10;
   std::vector<Condition> conditions;
 
   int num_runs() const { return static_cast<int>(conditions.size()) * repetitions; }

@@ -44,25 +44,24 @@ const Draw* Exploration::find(int rollout) const {
   return found == drawn_.end() || rollout >= next_ask_ ? nullptr : &found->second.draw;
 }
 
-void Exploration::tell(int rollout, double reward, RolloutStatus status) {
+void Exploration::tell(int rollout, const Outcome& outcome) {
   const auto told = drawn_.find(rollout);
   CHECK(told != drawn_.end() && rollout < next_ask_,
         "a result was told twice or without having been asked for");
-  CHECK(status != RolloutStatus::kOk || (std::isfinite(reward) && reward >= 0),
-        "a reward must be finite and not negative");
+  const double reward = outcome.reward();
+  CHECK(std::isfinite(reward) && reward >= 0, "a reward must be finite and not negative");
   Pending pending = std::move(told->second);
   Draw& draw = pending.draw;
   drawn_.erase(told);
 
-  const double counted = status == RolloutStatus::kOk ? reward : 0;
   ++num_told_;
-  keep_if_best(draw, counted);
+  keep_if_best(draw, reward);
   // The result of a layer that has been left, or of a run that has stopped, is recorded above,
   // never learnt from.
   if (draw.layer == layer() && !stopped_) {
-    search_.learn({{rollout, counted, std::move(draw.theta)}, std::move(pending.from)}, num_told_);
+    search_.learn({{rollout, reward, std::move(draw.theta)}, std::move(pending.from)}, num_told_);
   }
-  if (stopped_ || stops_after(counted)) {
+  if (stopped_ || stops_after(reward)) {
     stopped_ = true;
     return;
   }

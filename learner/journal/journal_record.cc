@@ -67,6 +67,7 @@ std::string payload_of(const JournalRecord& record) {
     put(bytes, std::bit_cast<std::uint64_t>(result->outcome.reward()));
     put(bytes, static_cast<std::uint8_t>(result->outcome.status()));
     put(bytes, result->worker_id);
+    bytes += result->outcome.reason();
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
     put(bytes, static_cast<std::uint8_t>(kTime));
     put(bytes, std::int64_t{time->elapsed.count()});
@@ -86,7 +87,7 @@ Result<JournalRecord> record_of(std::string_view payload) {
     start.learner_id = cursor.take<std::int64_t>();
     return JournalRecord(start);
   }
-  if (kind == kResult && cursor.left() == 33) {
+  if (kind == kResult && cursor.left() >= 33) {
     AcceptedResult result;
     result.key.run = cursor.take<std::int32_t>();
     result.key.number = cursor.take<std::int32_t>();
@@ -98,7 +99,11 @@ Result<JournalRecord> record_of(std::string_view payload) {
     if (!std::isfinite(reward) || reward < 0) {
       return Error{fmt::format("reward {} is not finite or negative", reward)};
     }
-    result.outcome = {reward, static_cast<RolloutStatus>(status)};
+    const std::string_view reason = cursor.take_bytes(cursor.left());
+    if (!reason.empty() && status == static_cast<std::uint8_t>(RolloutStatus::kOk)) {
+      return Error{"a result that is ok has a reason"};
+    }
+    result.outcome = {reward, static_cast<RolloutStatus>(status), std::string(reason)};
     return JournalRecord(result);
   }
   if (kind == kTime && cursor.left() == 8) {

@@ -43,13 +43,15 @@ using JournalRecord = std::variant<JournalStart, AcceptedResult, LearningTime, J
 ///       28    16  "TREEROLL_JOURNAL"
 ///       44     1  kind: 1 start, 2 result, 3 seal, 4 time
 ///       45        start:  version 4, study 16, learner 8
-///                 result: run 4, number 4, content 8, reward 8 (IEEE 754), status 1, worker 8
+///                 result: run 4, number 4, content 8, reward 8 (IEEE 754), status 1, worker 8,
+///                         and the reason, if its status is not ok: at most 256 bytes
 ///                 time:   elapsed 8, ns of learning up to here
 ///      -16     8  check of the record before it, 0 for the first
 ///       -8     8  check of this record: the first 8 bytes of the BLAKE2b hash (128 bits) of all of
 ///                 it up to here, so that each verifies alone and the order is fixed
 inline constexpr const char* kJournalChannel = "TREEROLL_JOURNAL";
-inline constexpr std::size_t kJournalRecordBytesMax = 28 + 16 + 1 + 33 + 16;
+inline constexpr std::size_t kJournalRecordBytesMax =
+    28 + 16 + 1 + 33 + kOutcomeReasonBytesMax + 16;
 
 struct FramedRecord {
   JournalRecord record;

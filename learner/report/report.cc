@@ -9,11 +9,13 @@
 #include <map>
 
 #include "common/base/config_error.h"
+#include "common/base/shown_reward.h"
 #include "common/files/atomic_file.h"
 #include "common/program/standard_output.h"
 #include "learner/report/claims_file.h"
 #include "learner/report/report_figures.h"
 #include "learner/report/report_sections.h"
+#include "learner/results/summary.h"
 #include "learner/study/study_error.h"
 #include "learner/study/study_file.h"
 
@@ -136,8 +138,9 @@ void print_comparisons(const std::vector<Comparison>& comparisons) {
   for (const Comparison& comparison : comparisons) {
     if (!comparison.end) continue;
     const TestResult& end = *comparison.end;
-    fmt::print("{} - {}: {:+.3f} [{:.3f}, {:.3f}] near the end, p {:.2g}\n", comparison.a,
-               comparison.b, end.difference, end.interval_95.low, end.interval_95.high, end.p);
+    fmt::print("{} - {}: {}{} {} near the end, p {:.2g}\n", comparison.a, comparison.b,
+               end.difference > 0 ? "+" : "", shown_reward(end.difference),
+               shown_interval(end.interval_95), end.p);
   }
 }
 

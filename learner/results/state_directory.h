@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "learner/core/run_record.h"
@@ -9,11 +10,17 @@
 namespace treeroll {
 
 /// The directory of a study: study.toml and journal.lcmlog, from which everything can be made
-/// again, and the results: rollouts.csv, runs.csv and policies/, a JSON file with the best policy
-/// of each run.
+/// again, and the results: rollouts.csv, runs.csv and policies/, two JSON files of each run.
 
 std::filesystem::path study_of(const std::filesystem::path& directory);
 std::filesystem::path journal_of(const std::filesystem::path& directory);
+
+/// How the file of a final mean policy ends, where that of the best roll-out has ".json".
+inline constexpr std::string_view kFinalPolicyEnding = ".final.json";
+/// "policies/tree-3.json": the policy of the run's best roll-out.
+std::string best_policy_file(const RunRecord& run);
+/// "policies/tree-3.final.json": its final mean policy.
+std::string final_policy_file(const RunRecord& run);
 
 /// Throws ConfigError unless the path is free or a directory in which nothing has been learnt.
 void check_state_directory(const std::filesystem::path& directory);

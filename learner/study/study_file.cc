@@ -35,6 +35,8 @@ using protocol::kRolloutsTotalMax;
 using protocol::kRunsMax;
 
 constexpr std::size_t kStudyNameBytesMax = 64;
+constexpr std::int64_t kFinalEvaluationsMax = 1000;
+constexpr std::int64_t kDiscardsMax = 1'000'000;
 /// Three years: far from where nanoseconds overflow.
 constexpr double kStopAfterMaxS = 1e8;
 
@@ -147,6 +149,10 @@ Budget read_study_table(const json& settings, Study& study, json& resolved) {
   const auto stop_after_s =
       reader.optional_number("stop_after_s", {.min = 1e-3, .max = kStopAfterMaxS});
   if (stop_after_s) study.stop_after = std::chrono::nanoseconds(std::llround(*stop_after_s * 1e9));
+  study.final_evaluations =
+      static_cast<int>(reader.integer("final_evaluations", 1, kFinalEvaluationsMax, 1));
+  study.discards_max =
+      static_cast<int>(reader.integer("discards_max", 0, kDiscardsMax, Study{}.discards_max));
   Budget budget;
   budget.num_rollouts = static_cast<int>(reader.integer("rollouts", 1, kRolloutsMax));
   budget.in_flight = static_cast<int>(reader.integer("in_flight", 1, kInFlightMax, 1));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -103,9 +104,10 @@ inline void learn(RunUnderWay& learning, std::size_t results, const Arrival& arr
     const explore::Draw draw = learning.asked[place];
     learning.asked.erase(learning.asked.begin() + static_cast<std::ptrdiff_t>(place));
     // Rewards fall as the run goes on, so that layers converge.
-    const double reward = .5 / (draw.rollout + 2) * std::exp(-draw.theta.squaredNorm());
+    const double reward =
+        .5 / (std::max(draw.rollout, -1) + 2) * std::exp(-draw.theta.squaredNorm());
     const int applied = run.accept(draw.rollout, Outcome::ok(reward), 0);
-    ++learning.num_told;
+    if (draw.rollout >= 0) ++learning.num_told;
     AcceptedResult result;
     result.key = {.run = run.index(), .number = draw.rollout};
     result.outcome = Outcome::ok(reward);

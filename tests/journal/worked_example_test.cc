@@ -30,6 +30,21 @@ std::string lines_of(const std::string& bytes, std::initializer_list<std::size_t
   return text;
 }
 
+TEST(JournalRecordTest, AResultKeepsItsReasonAndADiscardedTrialIsOne) {
+  for (const Outcome& outcome :
+       {Outcome::failed(RolloutStatus::kDiverged, "the rate of link 2 is not finite"),
+        Outcome::failed(RolloutStatus::kFailed, std::string(kOutcomeReasonBytesMax, 'x')),
+        Outcome::failed(RolloutStatus::kCrashed), Outcome::discarded("caught")}) {
+    std::uint64_t check = 0;
+    const AcceptedResult result{.key = {.run = 2, .number = -2}, .outcome = outcome};
+    const std::string bytes = frame(result, 1, 0, 0, check);
+    EXPECT_EQ(bytes.size(), framed_size(result));
+    const Result<FramedRecord> read = unframe(bytes);
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(read->record, JournalRecord(result));
+  }
+}
+
 TEST(WorkedExampleTest, IsWhatTheCodeWrites) {
   std::uint64_t check = 0;
   const std::string start = frame(
