@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -15,6 +16,7 @@
 #include "common/base/config_error.h"
 #include "common/base/cut_text.h"
 #include "common/files/atomic_file.h"
+#include "common/program/host_name.h"
 #include "common/program/program.h"
 #include "common/program/standard_output.h"
 #include "common/protocol/timings.h"
@@ -29,6 +31,7 @@
 #include "learner/journal/journal_origins.h"
 #include "learner/results/state_directory.h"
 #include "learner/results/summary.h"
+#include "learner/state/state_study.h"
 #include "learner/study/study_file.h"
 #include "learner/study/task_table.h"
 #include "learner/worker_program/task_survey.h"
@@ -68,21 +71,24 @@ class LearnerDaemon : private learner::EffectHandler {
     core_ = std::make_unique<learner::LearnerCore>(std::move(study), settings_);
   }
 
-  /// Takes the journal for this learner alone.
-  void lock_journal(const fs::path& path) { journal_.emplace(path); }
-
-  /// Folds what the journal holds, and begins to write.
-  void continue_journal(const fs::path& path, const ContentHash& study_id) {
-    const JournalTail tail = fold_journal(path, study_id, loop_.now(), *core_);
+  /// Folds what the journal holds, and begins to write: of a study that is extended first what it
+  /// becomes.
+  void continue_journal(std::unique_ptr<JournalWriter> journal, const StateFiles& files,
+                        const StateStudy& state) {
+    journal_ = std::move(journal);
+    const JournalTail tail = fold_state(files, state, loop_.now(), *core_);
     if (tail.torn_bytes > 0) {
-      spdlog::warn("{}: cut off {} bytes that an interrupted learner left", path.string(),
+      spdlog::warn("{}: cut off {} bytes that an interrupted learner left", files.journal.string(),
                    tail.torn_bytes);
     }
     journal_->continue_after(tail);
-    journal_->append(JournalStart{.study_id = study_id,
+    journal_->append(JournalStart{.study_id = state.in_journal.id,
                                   .learner_id = settings_.learner_id,
                                   .program = cut_text(program_version(), kProgramBytesMax)},
                      wall_time_us());
+    if (state.in_journal.is_before_extension) {
+      journal_->append(write_extension(files, state, program_version()), wall_time_us());
+    }
     journal_->sync();
   }
 
@@ -208,7 +214,7 @@ class LearnerDaemon : private learner::EffectHandler {
   const LearnerOptions& options_;
   std::unique_ptr<transport::Bus> bus_;
   std::unique_ptr<learner::LearnerCore> core_;
-  std::optional<JournalWriter> journal_;
+  std::unique_ptr<JournalWriter> journal_;
   std::optional<LocalWorker> local_worker_;
   ProgressLine progress_;
   bool answer_is_due_ = false;
@@ -242,31 +248,48 @@ void salvage(const fs::path& journal) {
 
 int run_learner(const LearnerOptions& options) {
   const bool resumes = !options.resume_dir.empty();
-  if (resumes) check_resumable(options.resume_dir);
-  LoadedStudy loaded =
-      load_study(resumes ? study_of(options.resume_dir) : options.study_file, options.overrides);
+  StateFiles files;
+  StateStudy state;
+  std::unique_ptr<JournalWriter> journal;
+  if (resumes) {
+    // Locked first: what a study is, its journal says too.
+    check_resumable(options.resume_dir);
+    files = state_files(options.resume_dir);
+    journal = std::make_unique<JournalWriter>(files.journal);
+    if (options.salvage) salvage(files.journal);
+    state = read_state_study(files, options.overrides);
+  } else {
+    state.loaded = load_study(options.study_file, options.overrides);
+    files.directory = options.state_dir.empty()
+                          ? fs::path("treeroll-runs") / state.loaded.study.name
+                          : options.state_dir;
+    files.journal = journal_of(files.directory);
+  }
+  LoadedStudy& loaded = state.loaded;
   learner::LearnerSettings settings;
   settings.learner_id = draw_learner_id();
+  settings.host = host_name();
+  settings.pid = getpid();
   const std::map<std::string, DescribedTask> tasks =
       survey_tasks(loaded, options.worker_program, options.needs_worker_program);
   settings.known_tasks = resumes ? descriptions_of(tasks) : resolve_tasks(loaded, tasks);
   const std::string resolved = resumes ? std::string() : loaded.resolved.to_toml(program_version());
-  fs::path directory = resumes ? options.resume_dir : options.state_dir;
-  if (directory.empty()) directory = fs::path("treeroll-runs") / loaded.study.name;
-  if (!resumes) check_state_directory(directory);
+  if (!resumes) check_state_directory(files.directory);
 
   LearnerDaemon daemon(loaded.study, settings, options);
-  make_directories_durably(directory);
-  daemon.lock_journal(journal_of(directory));
   if (!resumes) {
-    check_state_directory(directory);  // again: another learner may have been faster to the lock
-    write_atomically(study_of(directory), resolved);  // and the journal's name lasts
+    make_directories_durably(files.directory);
+    journal = std::make_unique<JournalWriter>(files.journal);
+    check_state_directory(files.directory);  // again: another learner may have been faster
+    // And the journal's name lasts.
+    write_atomically(study_of(files.directory), resolved);
+    state.in_journal = {study_id_of(files.directory), loaded.study.repetitions};
   }
-  if (options.salvage) salvage(journal_of(directory));
-  daemon.continue_journal(journal_of(directory), study_id_of(directory));
+  daemon.continue_journal(std::move(journal), files, state);
   spdlog::info("learner {:x}, study {}: {} conditions x {} repetitions, {} {}", settings.learner_id,
                loaded.study.name, loaded.study.conditions.size(), loaded.study.repetitions,
-               resumes ? "goes on in" : "results go to", directory.string());
+               resumes ? "goes on in" : "results go to", files.directory.string());
+  if (!state.extension.empty()) spdlog::info("extended: {}", state.extension);
   log_fits(loaded);
   if (const std::string condition = unresolved_condition(loaded); !condition.empty()) {
     spdlog::warn(
@@ -286,12 +309,12 @@ int run_learner(const LearnerOptions& options) {
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::vector<RunRecord> runs = daemon.core().run_records();
   const StudySummary summary{loaded.study.name,
-                             summarize(runs),
+                             summarize(runs, daemon.core().noisy_conditions()),
                              daemon.core().counters(),
                              daemon.core().worker_records(),
                              elapsed_s,
                              daemon.core().results_by_class()};
-  if (const std::string failures = write_results(directory, runs); !failures.empty()) {
+  if (const std::string failures = write_results(files.directory, runs); !failures.empty()) {
     throw std::runtime_error(failures);
   }
   daemon.seal_journal();
@@ -304,10 +327,14 @@ int run_learner(const LearnerOptions& options) {
   flush_standard_output();
   if (daemon.core().outcome() != learner::LearnerCore::Outcome::kDone) {
     spdlog::warn("stopped early with {} roll-outs; go on with --resume {}", summary.ledger.applied,
-                 directory.string());
+                 files.directory.string());
     return kExitStopped;
   }
-  spdlog::info("done in {:.1f} s: {}", elapsed_s, directory.string());
+  spdlog::info("done in {:.1f} s: {}", elapsed_s, files.directory.string());
+  if (const std::string why = why_nothing_was_learnt(summary.conditions); !why.empty()) {
+    spdlog::error("nothing was learnt: {}", why);
+    return kExitNothingLearnt;
+  }
   return kExitDone;
 }
 

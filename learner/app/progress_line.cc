@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/shown_reward.h"
+
 namespace treeroll {
 namespace {
 
@@ -22,6 +24,15 @@ std::string as_time(double seconds) {
   if (seconds < 100) return fmt::format("{:.0f} s", seconds);
   if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
   return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+/// ", 12 failed, 3 discarded, the last: run 0 (tree, repetition 0), roll-out 7: diverged".
+std::string failures(const protocol::LearnerStatus& status) {
+  std::string text;
+  if (status.num_failed > 0) text += fmt::format(", {} failed", status.num_failed);
+  if (status.num_discarded > 0) text += fmt::format(", {} discarded", status.num_discarded);
+  if (!status.last_failure.empty()) text += fmt::format(" (the last: {})", status.last_failure);
+  return text;
 }
 
 }  // namespace
@@ -44,13 +55,15 @@ void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
   if (status.num_applied == 0) return;  // the warning above says why
   const auto left = static_cast<double>(status.num_rollouts - status.num_applied);
   spdlog::info(
-      "{} of {} roll-outs ({:.0f} %), {} of {} runs done, best {:.3f}; {} workers with {} "
-      "evaluators, "
+      "{} of {} roll-outs ({:.0f} %), {} of {} runs done, {}{}; {} workers with {} evaluators, "
       "{:.0f} roll-outs/s, {} left",
       status.num_applied, status.num_rollouts,
       100. * static_cast<double>(status.num_applied) / static_cast<double>(status.num_rollouts),
-      status.num_runs_done, status.num_runs, status.best_reward, status.num_workers,
-      status.num_evaluators, rate_, rate_ > 0 ? as_time(left / rate_) : "an unknown time");
+      status.num_runs_done, status.num_runs,
+      status.best_reward > 0 ? "best " + shown_reward(status.best_reward)
+                             : "no positive reward yet",
+      failures(status), status.num_workers, status.num_evaluators, rate_,
+      rate_ > 0 ? as_time(left / rate_) : "an unknown time");
 }
 
 void ProgressLine::show(const transport::BusStatistics& bus, TimePoint now) {

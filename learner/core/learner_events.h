@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -19,6 +21,11 @@ struct Started {};
 /// A result that an earlier incarnation accepted, in its order.
 struct ResultRecovered {
   AcceptedResult result;
+  /// The number its run had then. More repetitions number runs anew, and an answer names its
+  /// question with the number of that time. Nothing: as now.
+  std::optional<std::int32_t> run_then = std::nullopt;
+  /// An evaluation of a study that has been extended since: it counts only if it is asked for now.
+  bool may_be_superseded = false;
 };
 /// A worker whose results follow, as an earlier incarnation noted it.
 struct WorkerRecovered {

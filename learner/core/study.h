@@ -30,6 +30,9 @@ struct Study {
   std::optional<Duration> stop_after;
   /// Of the workers it takes results from: a name, or "any", or "one", that of the first result.
   std::string numeric_class = "any";
+  int final_evaluations = 1;  ///< of each run's final mean policy, each with a seed of its own
+  /// Trials of one roll-out that its task may discard; one more ends the run.
+  int discards_max = 10;
   std::vector<Condition> conditions;
 
   int num_runs() const { return static_cast<int>(conditions.size()) * repetitions; }

@@ -116,11 +116,10 @@ WorkerEntry* Workforce::hear(const Turn& turn, protocol::WorkerId id) {
   WorkerEntry* worker = workers_.hear(id, turn.now);
   if (worker || refuses_workers_) return worker;
   refuses_workers_ = true;
-  turn.warn(
-      "workers refused",
-      fmt::format("worker {:x} is refused, and so are others until one leaves: {} workers are "
-                  "the most that are served",
-                  id, protocol::kWorkersMax));
+  turn.warn("workers refused",
+            fmt::format("worker {} is refused, and so are others until one leaves: {} workers are "
+                        "the most that are served",
+                        id, protocol::kWorkersMax));
   return nullptr;
 }
 

@@ -48,7 +48,7 @@ class Workforce {
   ContentHash add_policy(const Turn& turn, const std::string& content);
   void release_policy(const ContentHash& id) { policies_.release(id); }
   void start(const Turn& turn);
-  /// Precondition: the key is new.
+  /// Precondition: the key is not open.
   void ask(protocol::RolloutKey key, Question question) { ledger_.draw(key, std::move(question)); }
   /// The answer is known from elsewhere. Precondition: the question is open.
   void withdraw(protocol::RolloutKey key) { ledger_.close(key); }

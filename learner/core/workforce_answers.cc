@@ -58,10 +58,13 @@ void Workforce::accept(const Turn& turn, WorkerEntry& worker,
   const Ledger::Entry* open = ledger_.find(key);
   if (!open) return compare_with_taken(turn, worker, result, *facts);
   if (open->question.content != result.content) {
-    ++ledger_.counters.rejected;  // an answer to an older question
+    const std::vector<std::int64_t>& discarded = open->question.discarded;
+    const bool is_repeated = std::ranges::find(discarded, result.content) != discarded.end();
+    // Else an answer to an older question.
+    ++(is_repeated ? ledger_.counters.duplicate : ledger_.counters.rejected);
     return;
   }
-  const Outcome outcome(result.reward, result.status);
+  const Outcome& outcome = result.outcome;
   if (outcome.is_ok() && !facts->is_in_range(outcome.reward()))
     return distrust(turn, worker, result, *facts);
 
@@ -71,7 +74,7 @@ void Workforce::accept(const Turn& turn, WorkerEntry& worker,
   ++worker.num_accepted;
   last_progress_ = turn.now;
   note_class(turn, worker);
-  const AcceptedResult accepted{key, result.content, outcome, worker.id};
+  const AcceptedResult accepted{key, result.content, outcome, worker.id, result.duration_ns};
   turn.effects.emplace_back(AppendResult{accepted});
   ++num_unsynced_;
   client_.take(turn, accepted, classes_.index(worker.numeric_class));
@@ -87,15 +90,17 @@ void Workforce::compare_with_taken(const Turn& turn, const WorkerEntry& worker,
     return;
   }
   ++ledger_.counters.duplicate;
-  const bool comparable = facts.deterministic && before->numeric_class != kUnknownClass &&
+  const bool comparable = facts.deterministic && !result.outcome.is_discarded() &&
+                          !before->outcome.is_discarded() &&
+                          before->numeric_class != kUnknownClass &&
                           before->numeric_class == classes_.index(worker.numeric_class);
-  if (!comparable || before->outcome == Outcome(result.reward, result.status)) return;
+  if (!comparable || before->outcome.agrees_with(result.outcome)) return;
   ++ledger_.counters.conflicting;
   turn.warn("suspicious results",
             fmt::format("{} gave reward {} where {} was accepted, run {} roll-out {}: one of two "
                         "workers of the same numeric class is broken",
-                        describe(worker), result.reward, before->outcome.reward(), result.key.run,
-                        result.key.number));
+                        describe(worker), result.outcome.reward(), before->outcome.reward(),
+                        result.key.run, result.key.number));
 }
 
 void Workforce::distrust(const Turn& turn, WorkerEntry& worker,
@@ -105,7 +110,7 @@ void Workforce::distrust(const Turn& turn, WorkerEntry& worker,
   turn.write(
       {LogLine::Level::kError, "rewards out of range",
        fmt::format("{} gave reward {} outside the task's range {} to {}: it gets no more work",
-                   describe(worker), result.reward, facts.reward_min, facts.reward_max)});
+                   describe(worker), result.outcome.reward(), facts.reward_min, facts.reward_max)});
   ledger_.take_back_all(worker.id);
 }
 
@@ -153,8 +158,9 @@ void Workforce::reconcile(TimePoint now, const WorkerEntry& worker, std::int64_t
 void Workforce::note_class(const Turn& turn, WorkerEntry& worker) {
   if (worker.noted_class != worker.numeric_class) {
     worker.noted_class = worker.numeric_class;
-    turn.effects.emplace_back(AppendWorker{
-        {worker.id, worker.numeric_class, cut_text(worker.host, protocol::kHostNameBytesMax)}});
+    turn.effects.emplace_back(
+        AppendWorker{{worker.id, worker.numeric_class,
+                      cut_text(worker.host, protocol::kHostNameBytesMax), worker.pid}});
   }
   if (!classes_.count(worker.numeric_class)) return;
   if (classes_.counts().size() > 1) {

@@ -39,8 +39,18 @@ struct JournalSeal {
   bool operator==(const JournalSeal&) const = default;
 };
 
-using JournalRecord =
-    std::variant<JournalStart, AcceptedResult, LearningTime, JournalSeal, KnownWorker>;
+/// From here on a study that has been extended is learnt: more roll-outs, more repetitions or more
+/// time. Stands behind the start of the learner that was given the extension.
+struct JournalExtension {
+  ContentHash study_id_before;          ///< of the study's text until now
+  ContentHash study_id;                 ///< of the text that holds from here on
+  std::int32_t repetitions_before = 1;  ///< run r was repetition r % this
+  std::int32_t repetitions = 1;         ///< run r is repetition r % this
+  bool operator==(const JournalExtension&) const = default;
+};
+
+using JournalRecord = std::variant<JournalStart, AcceptedResult, LearningTime, KnownWorker,
+                                   JournalExtension, JournalSeal>;
 
 /// A record as an event of LCM's log format, on channel kJournalChannel:
 ///
@@ -51,18 +61,23 @@ using JournalRecord =
 ///       20     4  length of the channel, 16
 ///       24     4  length of the data
 ///       28    16  "TREEROLL_JOURNAL"
-///       44     1  kind: 1 start, 2 result, 3 seal, 4 time, 16 worker
+///       44     1  kind: 1 start, 2 result, 3 seal, 4 time, 16 extension, 17 worker
 ///       45        start:  version 4, study 16, learner 8; from form 2 on form 4, program text
-///                 result: run 4, number 4, content 8, reward 8 (IEEE 754), status 1, worker 8
+///                 result: run 4, number 4, content 8, reward 8 (IEEE 754), status 1, worker 8;
+///                         from form 2 on duration 8, ns, -1 if unknown, and the reason, if its
+///                         status is not ok: at most 256 bytes
 ///                 time:   elapsed 8, ns of learning up to here
-///                 worker: worker 8, numeric class text, host text
+///                 extension: study before 16, study 16, repetitions before 4, repetitions 4
+///                 worker: worker 8, pid 4, numeric class text, host text
 ///                 A text is its length, 1, and its bytes.
 ///      -16     8  check of the record before it, 0 for the first
 ///       -8     8  check of this record: the first 8 bytes of the BLAKE2b hash (128 bits) of all of
 ///                 it up to here, so that each verifies alone and the order is fixed
 inline constexpr const char* kJournalChannel = "TREEROLL_JOURNAL";
 inline constexpr std::size_t kJournalRecordBytesMax =
-    28 + 16 + 1 + (8 + 2 + protocol::kNumericClassBytesMax + protocol::kHostNameBytesMax) + 16;
+    28 + 16 + 1 + 41 + kOutcomeReasonBytesMax + 16;
+static_assert(12 + 2 + protocol::kNumericClassBytesMax + protocol::kHostNameBytesMax <=
+              41 + kOutcomeReasonBytesMax);
 
 struct FramedRecord {
   JournalRecord record;

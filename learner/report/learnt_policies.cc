@@ -49,8 +49,8 @@ class RolloutMaker {
       PolicyEvaluation said = evaluate_with(
           program_, *task->second,
           {.task_content = task_content, .policy_text = policy, .seed = 0, .trace = true});
-      return ShownRollout{.reward = said.reward,
-                          .status = std::move(said.status),
+      return ShownRollout{.reward = said.outcome.reward(),
+                          .status = std::string(name(said.outcome.status())),
                           .trace = thinned(said.trace, kRowsMax)};
     } catch (const ConfigError& error) {
       fmt::print(stderr, "a roll-out cannot be shown: {}\n", error.what());

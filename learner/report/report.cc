@@ -9,6 +9,7 @@
 #include <map>
 
 #include "common/base/config_error.h"
+#include "common/base/shown_reward.h"
 #include "common/files/atomic_file.h"
 #include "common/program/standard_output.h"
 #include "learner/journal/journal_file.h"
@@ -16,7 +17,9 @@
 #include "learner/report/claims_file.h"
 #include "learner/report/report_figures.h"
 #include "learner/report/report_sections.h"
+#include "learner/report/state_results.h"
 #include "learner/results/state_directory.h"
+#include "learner/results/summary.h"
 #include "learner/study/study_error.h"
 #include "learner/study/study_file.h"
 
@@ -31,8 +34,10 @@ constexpr std::int64_t kNoiseRolloutsMax = 400'000;
 /// What is asked for must be there before anything is read or drawn.
 void check(const ReportOptions& options) {
   for (const fs::path& directory : options.directories) {
+    const bool has_journal = fs::is_regular_file(journal_of(directory));
     for (const char* file : {"study.toml", "runs.csv", "rollouts.csv"}) {
-      if (fs::is_regular_file(directory / file)) continue;
+      const bool is_needed = !has_journal || file == study_of(directory).filename();
+      if (!is_needed || fs::is_regular_file(directory / file)) continue;
       throw ConfigError("DIR", directory.string(),
                         fmt::format("must be the state directory of a study: it has no {}", file));
     }
@@ -49,7 +54,11 @@ std::vector<StudyResults> read_studies(const std::vector<fs::path>& directories)
   std::vector<StudyResults> studies;
   std::map<std::string, int> counts;
   for (const fs::path& directory : directories) {
-    StudyResults study = read_study_results(directory);
+    StudyResults study = read_state_results(directory);
+    if (!study.missing.empty()) {
+      fmt::print(stderr, "{} is not complete: {}: treeroll-learner --resume {} goes on\n",
+                 study.name, study.missing, directory.string());
+    }
     if (const int count = ++counts[study.name]; count > 1) {
       study.name += fmt::format(" ({})", count);
     }
@@ -160,8 +169,9 @@ void print_comparisons(const std::vector<Comparison>& comparisons) {
   for (const Comparison& comparison : comparisons) {
     if (!comparison.end) continue;
     const TestResult& end = *comparison.end;
-    fmt::print("{} - {}: {:+.3f} [{:.3f}, {:.3f}] near the end, p {:.2g}\n", comparison.a,
-               comparison.b, end.difference, end.interval_95.low, end.interval_95.high, end.p);
+    fmt::print("{} - {}: {}{} {} near the end, p {:.2g}\n", comparison.a, comparison.b,
+               end.difference > 0 ? "+" : "", shown_reward(end.difference),
+               shown_interval(end.interval_95), end.p);
   }
 }
 

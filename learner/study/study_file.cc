@@ -36,6 +36,8 @@ using protocol::kRolloutsTotalMax;
 using protocol::kRunsMax;
 
 constexpr std::size_t kStudyNameBytesMax = 64;
+constexpr std::int64_t kFinalEvaluationsMax = 1000;
+constexpr std::int64_t kDiscardsMax = 1'000'000;
 /// Three years: far from where nanoseconds overflow.
 constexpr double kStopAfterMaxS = 1e8;
 
@@ -159,6 +161,10 @@ Budget read_study_table(const json& settings, Study& study, json& resolved) {
   const auto stop_after_s =
       reader.optional_number("stop_after_s", {.min = 1e-3, .max = kStopAfterMaxS});
   if (stop_after_s) study.stop_after = std::chrono::nanoseconds(std::llround(*stop_after_s * 1e9));
+  study.final_evaluations =
+      static_cast<int>(reader.integer("final_evaluations", 1, kFinalEvaluationsMax, 1));
+  study.discards_max =
+      static_cast<int>(reader.integer("discards_max", 0, kDiscardsMax, Study{}.discards_max));
   Budget budget;
   budget.num_rollouts = static_cast<int>(reader.integer("rollouts", 1, kRolloutsMax));
   budget.in_flight = static_cast<int>(reader.integer("in_flight", 1, kInFlightMax, 1));
@@ -235,6 +241,8 @@ class StudyBuilder {
 
   LoadedStudy take() {
     loaded_.resolved.study = std::make_shared<json>(study_table_);
+    for (const char* grows : {"repetitions", "stop_after_s"}) study_table_.erase(grows);
+    loaded_.lasting_id = content_hash(study_table_.dump() + lasting_);
     return std::move(loaded_);
   }
 
@@ -259,12 +267,14 @@ class StudyBuilder {
     for (const char* own : {"rollouts", "in_flight"}) study_table.erase(own);
     study_table_ = std::move(study_table);
     loaded_.resolved.store.keep(policy.settings, policy.start);
-    keep_resolved(
-        json{{"name", name},
-             {"study", {{"rollouts", budget.num_rollouts}, {"in_flight", budget.in_flight}}},
-             {"task", settings.at("task")},
-             {"policy", policy.settings},
-             {"exploration", exploration_table}});
+    json resolved{{"name", name},
+                  {"study", {{"rollouts", budget.num_rollouts}, {"in_flight", budget.in_flight}}},
+                  {"task", settings.at("task")},
+                  {"policy", policy.settings},
+                  {"exploration", exploration_table}};
+    keep_resolved(resolved);
+    resolved.at("study").erase("rollouts");
+    lasting_ += to_hex(content_hash(resolved.dump()));
     return condition;
   }
 
@@ -304,6 +314,7 @@ class StudyBuilder {
   LoadedStudy loaded_;
   json study_table_;
   StudyBytes resolved_bytes_;
+  std::string lasting_;  // a hash a condition
   std::int64_t num_rollouts_ = 0;
   std::int64_t in_flight_ = 0;
 };

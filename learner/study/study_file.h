@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/content_hash.h"
 #include "learner/core/study.h"
 #include "learner/fit/start_policy.h"
 #include "learner/study/resolved_study.h"
@@ -26,6 +27,8 @@ struct LoadedStudy {
   /// By condition: StartPolicy::demonstration.
   std::vector<std::shared_ptr<const Eigen::MatrixXd>> demonstrations;
   std::vector<SettingOrigins> origins;  ///< by condition: where its settings stand
+  /// Of all settings but those that may grow once a study has begun (study_extension.h).
+  ContentHash lasting_id;
 };
 
 /// What becomes of the starts that were fitted before and that a resolved study holds.

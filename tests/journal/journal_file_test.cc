@@ -66,6 +66,59 @@ class JournalFileTest : public ::testing::Test {
   std::vector<JournalRecord> records_;
 };
 
+TEST_F(JournalFileTest, EveryKindOfRecordComesBack) {
+  AcceptedResult timed = result(2);
+  timed.duration_ns = 123'456'789;
+  AcceptedResult failed = result(3);
+  failed.outcome = {0, RolloutStatus::kDiverged, "NaN"};
+  AcceptedResult failed_and_timed = failed;
+  failed_and_timed.duration_ns = 5;
+  const std::vector<JournalRecord> records = {
+      JournalStart{.study_id = content_hash("a"), .learner_id = 3},
+      JournalExtension{content_hash("a"), content_hash("b"), 2, 5},
+      KnownWorker{.worker_id = 77, .numeric_class = "x86_64 fma", .host = "h\xc3\xb6st", .pid = 12},
+      KnownWorker{.worker_id = 78, .numeric_class = "", .host = "", .pid = 13},
+      result(1),  // as an earlier version wrote it
+      timed,
+      failed,
+      failed_and_timed,
+      kTime,
+      JournalSeal{}};
+  {
+    JournalWriter writer(path());
+    writer.continue_after({});
+    for (const JournalRecord& record : records) writer.append(record, 1);
+    writer.flush();
+  }
+  const Result<JournalTail> tail = read();
+  ASSERT_TRUE(tail) << tail.error().message;
+  EXPECT_EQ(records_, records);
+  std::size_t bytes = 0;
+  for (const JournalRecord& record : records) bytes += framed_size(record);
+  EXPECT_EQ(bytes, tail->intact_bytes);
+}
+
+TEST_F(JournalFileTest, LongNamesOfAWorkerAreCutAndFit) {
+  std::uint64_t check = 0;
+  const std::string bytes = frame(KnownWorker{.worker_id = 1,
+                                              .numeric_class = std::string(5000, 'c'),
+                                              .host = std::string(5000, 'h'),
+                                              .pid = 2},
+                                  0, 0, 0, check);
+  EXPECT_LE(bytes.size(), kJournalRecordBytesMax);
+  const Result<FramedRecord> framed = unframe(bytes);
+  ASSERT_TRUE(framed) << framed.error().message;
+  EXPECT_EQ(std::get<KnownWorker>(framed->record).numeric_class, std::string(128, 'c'));
+}
+
+TEST_F(JournalFileTest, AnExtensionToFewerRepetitionsIsNoRecord) {
+  std::uint64_t check = 0;
+  const std::string bytes = frame(JournalExtension{{}, {}, 3, 2}, 0, 0, 0, check);
+  const Result<FramedRecord> framed = unframe(bytes);
+  ASSERT_FALSE(framed);
+  EXPECT_EQ(framed.error().message, "an extension from 3 repetitions to 2");
+}
+
 TEST_F(JournalFileTest, GivesBackWhatWasWritten) {
   write(3, true);
   const Result<JournalTail> tail = read();

@@ -52,6 +52,8 @@ class Cluster {
     LearnerSettings settings;
     settings.learner_id = kLearner;
     settings.batch_bytes_max = 60000;
+    settings.host = "here";
+    settings.pid = 4321;
     if (knows_task) {
       settings.known_tasks[study.conditions[0].task_content] =
           TaskDescription{1, 1, 0, 1, 10, true};
@@ -103,6 +105,7 @@ class Cluster {
   TimePoint now{};
   double loss = 0;  ///< of each message to each receiver
   std::vector<LogLine> log;
+  std::vector<KnownWorker> notes;
   std::vector<protocol::Message> sent;  ///< by the learner
   std::vector<AcceptedResult> journal;
   std::map<std::size_t, LearningTime> times;  ///< by how many results the journal held by then
@@ -157,6 +160,7 @@ class Cluster {
     for (const Effect& effect : effects) {
       if (const auto* time = std::get_if<AppendTime>(&effect)) times[journal.size()] = time->time;
       if (const auto* line = std::get_if<LogLine>(&effect)) log.push_back(*line);
+      if (const auto* note = std::get_if<AppendWorker>(&effect)) notes.push_back(note->worker);
     }
     for (const protocol::Message& message : messages_in(effects)) {
       sent.push_back(message);

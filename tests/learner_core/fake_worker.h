@@ -89,9 +89,8 @@ class FakeWorker {
     held_.pop_front();
     busy_until_ = now + duration_;
     ++num_evaluated;
-    unacknowledged_.push_back({request.key, request.attempt, request.content,
-                               bump(request.theta) * reward_factor, result_status,
-                               duration_.count()});
+    unacknowledged_.push_back(
+        {request.key, request.attempt, request.content, outcome(request), duration_.count()});
     protocol::RewardBatch batch;
     batch.worker_id = id_;
     batch.learner_id = learner;
@@ -108,11 +107,20 @@ class FakeWorker {
   std::string numeric_class = "class";
   double reward_factor = 1;
   RolloutStatus result_status = RolloutStatus::kOk;
+  std::string reason;
+  int discards_one_in = 0;  ///< of so many trials, by their seed; 0: none
   bool draining = false;
   int num_requests = 0;
   int num_evaluated = 0;
 
  private:
+  Outcome outcome(const protocol::RolloutRequest& request) const {
+    const auto seed = static_cast<std::uint64_t>(request.task_seed);
+    if (discards_one_in > 0 && seed % static_cast<std::uint64_t>(discards_one_in) == 0) {
+      return Outcome::discarded("void");
+    }
+    return {bump(request.theta) * reward_factor, result_status, reason};
+  }
   std::int64_t last_index() const {
     return first_index_ + static_cast<std::int64_t>(unacknowledged_.size()) - 1;
   }

@@ -32,9 +32,9 @@ struct BadStudy {
 
 const BadStudy kBadStudies[] = {
     {with("name = \"small\"", "name = \"small\"\nrolouts = 5"),
-     "FILE:3: study.rolouts = 5: unknown key; known here: in_flight, name, numeric_class, order, "
-     "repetitions, "
-     "rollouts, seed, stop_after_s (condition tree)"},
+     "FILE:3: study.rolouts = 5: unknown key; known here: discards_max, final_evaluations, "
+      "in_flight, name, numeric_class, order, repetitions, rollouts, seed, stop_after_s (condition "
+      "tree)"},
     {with("name = \"small\"", "name = 5"),
      "FILE:2: study.name = 5: must be a string (condition tree)"},
     {with("name = \"small\"", ""), "FILE:1: study.name: is required and missing (condition tree)"},
@@ -64,6 +64,10 @@ const BadStudy kBadStudies[] = {
     {with("rollouts = 30", "rollouts = 90000\nrepetitions = 12\nin_flight = 90000"),
      "FILE:5: study.in_flight = 90000: the roll-outs in flight of all runs must be at most 1000000 "
      "together (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\nfinal_evaluations = 0"),
+     "FILE:4: study.final_evaluations = 0: must be an integer from 1 to 1000 (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\ndiscards_max = -1"),
+     "FILE:4: study.discards_max = -1: must be an integer from 0 to 1000000 (condition tree)"},
     {with("rollouts = 30", "rollouts = 30\nstop_after_s = 0"),
      "FILE:4: study.stop_after_s = 0: must be a finite number of at least 0.001 and at most "
      "100000000 (condition tree)"},

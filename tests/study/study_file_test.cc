@@ -46,6 +46,12 @@ TEST(StudyFileTest, AStudyIsReadWithItsDefaults) {
 
 TEST(StudyFileTest, AStudyMayBeLearntForATimeAndItsResolvedFormSaysSo) {
   EXPECT_EQ(load(kSmallStudy).study.stop_after, std::nullopt);
+  EXPECT_EQ(load(kSmallStudy).study.final_evaluations, 1);
+  EXPECT_EQ(load(kSmallStudy).study.discards_max, 10);
+  const LoadedStudy valued =
+      load(kSmallStudy, {"study.final_evaluations=20", "study.discards_max=0"});
+  EXPECT_EQ(load(valued.resolved.to_toml("")).study.final_evaluations, 20);
+  EXPECT_EQ(load(valued.resolved.to_toml("")).study.discards_max, 0);
   const LoadedStudy timed = load(kSmallStudy, {"study.stop_after_s=1.5"});
   EXPECT_EQ(timed.study.stop_after, std::chrono::milliseconds(1500));
   EXPECT_EQ(load(timed.resolved.to_toml("")).study.stop_after, std::chrono::milliseconds(1500));

@@ -33,7 +33,7 @@ void DefinitionShelf::receive(const Turn& turn, protocol::LearnerId learner,
   if (content_hash(content) != name.id) {
     ++num_rejected_;
     turn.warn("definitions refused",
-              fmt::format("a {} definition of learner {:x} is not what its id {} names",
+              fmt::format("a {} definition of learner {} is not what its id {} names",
                           word(name.kind), learner, to_hex(name.id)));
     return;
   }

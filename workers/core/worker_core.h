@@ -67,7 +67,7 @@ class WorkerCore {
   void send_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void ask_for_definitions(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void send_status(const Turn& turn);
-  std::size_t num_results_max(protocol::LearnerId id) const;
+  std::size_t result_bytes_max(protocol::LearnerId id) const;
   int free_slots() const;
 
   const WorkerSettings settings_;

@@ -11,18 +11,16 @@ namespace {
 
 /// A batch says all that is held, or the learner would take the rest for lost. However much that
 /// is, so many results go along, or a long queue on a network of small frames would stop them.
-constexpr std::size_t kResultsPerBatchMin = 16;
+constexpr std::size_t kResultBytesMin = 16 * protocol::rollout_result_bytes(0);
 
 }  // namespace
 
-/// How many go along in an answer to this learner.
-std::size_t WorkerCore::num_results_max(protocol::LearnerId id) const {
+/// What the results take that go along in an answer to this learner.
+std::size_t WorkerCore::result_bytes_max(protocol::LearnerId id) const {
   const std::size_t fixed = protocol::kFrameBytesMax + protocol::kRewardBatchBytes +
                             protocol::kRolloutKeyBytes * queue_.of_learner(id).size();
-  const std::size_t room = settings_.batch_bytes_max > fixed
-                               ? (settings_.batch_bytes_max - fixed) / protocol::kRolloutResultBytes
-                               : 0;
-  return std::clamp(room, kResultsPerBatchMin, std::size_t{protocol::kResultsPerBatchMax});
+  const std::size_t room = settings_.batch_bytes_max - std::min(settings_.batch_bytes_max, fixed);
+  return std::max(room, kResultBytesMin);
 }
 
 void WorkerCore::send_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner) {
@@ -32,7 +30,7 @@ void WorkerCore::send_answers(const Turn& turn, protocol::LearnerId id, LearnerL
                               .free_slots = free_slots(),
                               .first_index = answers_.first_index(id),
                               .last_index = answers_.last_index(id),
-                              .results = answers_.unacknowledged(id, num_results_max(id)),
+                              .results = answers_.unacknowledged(id, result_bytes_max(id)),
                               .held = queue_.keys(id)};
   if (batch.results.empty()) return learner.on_sent(turn.now, std::nullopt);
   const auto num_results = static_cast<std::int64_t>(batch.results.size());

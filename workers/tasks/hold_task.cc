@@ -91,7 +91,7 @@ Outcome HoldTask::evaluate(Controller& controller, std::uint64_t seed) {
                              cost.see(time_s, swing_up_cost(about(target_rad_, state)));
                              return true;
                            });
-        if (!end) return Outcome::failed(RolloutStatus::kDiverged);
+        if (!end) return Outcome::failed(RolloutStatus::kDiverged, end.error().message);
         return Outcome::ok(elementary::exp(-alpha_ * cost.mean()));
       });
 }

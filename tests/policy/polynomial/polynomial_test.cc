@@ -129,10 +129,10 @@ double learn(const Study& study, double& first_reward, std::size_t& num_switches
     batch.rollouts[0].policy_id = policy_id;
     batch.rollouts[0].theta.assign(draw.theta.begin(), draw.theta.end());
     const auto answer = std::get<protocol::RewardBatch>(*evaluator.handle(batch));
-    const protocol::RolloutResult& result = answer.results.at(0);
-    EXPECT_EQ(result.status, RolloutStatus::kOk);
-    if (draw.rollout == 0) first_reward = result.reward;
-    run.tell(draw.rollout, result.reward, result.status);
+    const Outcome& outcome = answer.results.at(0).outcome;
+    EXPECT_TRUE(outcome.is_ok());
+    if (draw.rollout == 0) first_reward = outcome.reward();
+    run.tell(draw.rollout, outcome);
   }
   num_switches = run.switches().size();
   return run.best().reward;
