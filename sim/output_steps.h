@@ -7,8 +7,10 @@
 
 namespace treeroll::sim {
 
-/// "diverged: the {what} is not finite at {time_s} s".
+/// "the {what} is not finite at {time_s} s".
 Error not_finite(std::string_view what, double time_s);
+/// The same of the first of its numbers that is not. Precondition: one is not.
+Error not_finite(const CartPendulumState& state, double time_s);
 
 /// From the state and input at time_s to the state at time_s + step_s.
 using StateStep = std::function<Result<CartPendulumState>(

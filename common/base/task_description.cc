@@ -14,6 +14,7 @@ nlohmann::json to_json(const TaskDescription& description) {
       {"reward_min", description.reward_min},     {"reward_max", description.reward_max},
       {"time_limit_s", description.time_limit_s}, {"deterministic", description.deterministic}};
   if (!description.repeatable) object["repeatable"] = false;
+  if (!description.version.empty()) object["version"] = description.version;
   return object;
 }
 
@@ -33,6 +34,10 @@ Result<TaskDescription> task_description_from_json(std::string_view text) {
         "time_limit_s", NumberRule{.min = 0, .max = kTaskTimeLimitSMax, .min_allowed = false});
     description.deterministic = reader.boolean("deterministic");
     description.repeatable = reader.boolean("repeatable", true);
+    description.version = reader.string("version", "");
+    if (description.version.size() > kTaskVersionBytesMax) {
+      reader.refuse("version", "must have at most 128 bytes");
+    }
     reader.finish();
     return description;
   } catch (const ConfigError& error) {

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "common/base/outcome.h"
+
 /// Every bound of the service in one place: README.md has, for each, its reason, what happens past
 /// it and the test that shows it.
 namespace treeroll::protocol {
@@ -37,8 +39,8 @@ inline constexpr int kPiecesMax = static_cast<int>(kDefinitionBytesMax / kPieceB
 inline constexpr std::size_t kStringBytesMax = 1024;
 /// Of hosts, versions, studies, conditions.
 inline constexpr std::size_t kNameBytesMax = 128;
-/// Why a worker refuses a definition; longer texts are cut.
-inline constexpr std::size_t kReasonBytesMax = 256;
+/// Why a worker refuses a definition, or a roll-out has failed; longer texts are cut.
+inline constexpr std::size_t kReasonBytesMax = kOutcomeReasonBytesMax;
 /// Read from the multicast socket before timers and evaluators get their turn.
 inline constexpr int kDatagramsPerTurnMax = 256;
 
@@ -62,7 +64,10 @@ inline constexpr std::size_t kWorkersMax = 4096;
 inline constexpr int kLeasesPerWorkerMax = kHeldPerMessageMax;
 inline constexpr std::size_t kRefusalsPerWorkerMax = 256;
 inline constexpr std::size_t kNumericClassesMax = 1024;
-/// The journal's lag: results written and not yet on stable storage, 94 bytes each.
+/// Of the name of a numeric class, and of a host's in the journal; longer ones are cut.
+inline constexpr std::size_t kNumericClassBytesMax = 128;
+inline constexpr std::size_t kHostNameBytesMax = 64;
+/// The journal's lag: results written and not yet on stable storage, at most 350 bytes each.
 inline constexpr std::int64_t kUnsyncedResultsMax = 65'536;
 
 // A worker.

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/base/content_hash.h"
-#include "common/base/rollout_status.h"
+#include "common/base/outcome.h"
 
 /// The messages of the service as values; what each field means on the wire stands in lcmtypes/.
 /// From learner to workers (L>W), from worker to learner (W>L), and for people who watch (L>*).
@@ -20,8 +20,8 @@ namespace treeroll::protocol {
 using WorkerId = std::int64_t;
 using LearnerId = std::int64_t;
 
-/// One roll-out of one run. Roll-outs of the budget are numbered 0 .. N-1; the evaluation of the
-/// mean policy, outside the budget, is number -1.
+/// One roll-out of one run. Roll-outs of the budget are numbered 0 .. N-1. Outside of it are the
+/// evaluations of the start policy, -2, and of the final mean policy, -1, -3, -4, ...
 struct RolloutKey {
   std::int32_t run = 0;
   std::int32_t number = 0;
@@ -81,8 +81,7 @@ struct RolloutResult {
   RolloutKey key;
   std::int32_t attempt = 0;
   std::int64_t content = 0;
-  double reward = 0;
-  RolloutStatus status = RolloutStatus::kOk;
+  Outcome outcome;
   std::int64_t duration_ns = 0;  ///< wall time of the evaluation
   bool operator==(const RolloutResult&) const = default;
 };
@@ -174,6 +173,8 @@ struct DefinitionReport {
 /// L>*: the learner as a whole, once a second.
 struct LearnerStatus {
   LearnerId learner_id = 0;
+  std::string host;
+  std::int32_t pid = 0;
   std::string study;
   std::string waiting_for;  ///< empty while roll-outs make progress
   double elapsed_s = 0;
@@ -190,14 +191,17 @@ struct LearnerStatus {
   std::int64_t num_late = 0;
   std::int64_t num_duplicate = 0;
   std::int64_t num_failed = 0;
+  std::int64_t num_discarded = 0;  ///< trials that were void and were made again
   std::int64_t num_rejected = 0;
   std::int64_t num_reissued = 0;
   std::int64_t num_conflicting = 0;  ///< duplicates with another reward
+  std::string last_failure;          ///< the roll-out and why; empty: none
   double best_reward = 0;
   bool operator==(const LearnerStatus&) const = default;
 };
 
-/// L>*: one run: what a person wants to see in lcm-spy.
+/// L>*: one run: what a person wants to see in lcm-spy. When something has changed (at most once a
+/// second), and again now and then.
 struct RunStatus {
   LearnerId learner_id = 0;
   std::int32_t run = 0;
@@ -217,8 +221,8 @@ struct RunStatus {
   bool operator==(const RunStatus&) const = default;
 };
 
-/// L>*: the best policy of a run so far, each time it has become better (at most once a second). It
-/// is cut into pieces as a definition is; each has a message.
+/// L>*: the best policy of a run so far, each time it has become better (at most once a second),
+/// and again now and then. It is cut into pieces as a definition is; each has a message.
 struct BestPolicy {
   LearnerId learner_id = 0;
   std::int32_t run = 0;

@@ -28,8 +28,10 @@ constexpr std::size_t rollout_request_bytes(std::size_t theta_dim) {
 }
 /// The same where theta comes in pieces, under its name.
 inline constexpr std::size_t kRequestByNameBytes = rollout_request_bytes(0) + kContentHashBytes;
-/// Key, attempt, content, reward, status, duration.
-inline constexpr std::size_t kRolloutResultBytes = kRolloutKeyBytes + 4 + 8 + 8 + 1 + 8;
+/// Key, attempt, content, reward, status, length and NUL of the reason, duration; and the reason.
+constexpr std::size_t rollout_result_bytes(std::size_t reason_bytes) {
+  return kRolloutKeyBytes + 4 + 8 + 8 + 1 + kCountBytes + 1 + 8 + reason_bytes;
+}
 /// Worker, result.
 inline constexpr std::size_t kAcknowledgementBytes = kIdBytes + kIndexBytes;
 

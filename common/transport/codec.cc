@@ -31,7 +31,11 @@ struct ToWire {
   void integer(const char*, auto& m, auto& w) { copy(m, w); }
   void number(const char*, auto& m, auto& w) { copy(m, w); }
   void flag(const char*, auto& m, auto& w) { copy(m, w); }
-  void status(const char*, auto& m, auto& w) { w = static_cast<std::int8_t>(m); }
+  void outcome(const Outcome& m, auto& reward, auto& status, auto& reason, std::size_t) {
+    reward = m.reward();
+    status = static_cast<std::int8_t>(m.status());
+    reason = m.reason();
+  }
   void kind(const char*, auto& m, auto& w) { w = static_cast<std::int8_t>(m); }
   void hash(const char*, auto& m, auto& w) { std::ranges::copy(m.bytes, w); }
   void text(const char*, auto& m, auto& w, std::size_t) { copy(m, w); }
@@ -70,7 +74,9 @@ struct FromWire {
   void integer(const char*, auto& m, auto& w) { m = w; }
   void number(const char*, auto& m, auto& w) { m = w; }
   void flag(const char*, auto& m, auto& w) { m = w != 0; }
-  void status(const char*, auto& m, auto& w) { m = static_cast<RolloutStatus>(w); }
+  void outcome(Outcome& m, auto& reward, auto& status, auto& reason, std::size_t) {
+    m = Outcome(reward, static_cast<RolloutStatus>(status), std::move(reason));
+  }
   void kind(const char*, auto& m, auto& w) { m = static_cast<protocol::DefinitionKind>(w); }
   void hash(const char*, auto& m, auto& w) { std::ranges::copy(w, m.bytes.begin()); }
   void text(const char*, auto& m, auto& w, std::size_t) { m = std::move(w); }

@@ -57,10 +57,9 @@ class Checker {
     const Step step(*this, name);
     integer_within(1, 0, 1, "");
   }
-  template <class M, class W>
-  void status(const char* name, M&, W&) {
-    const Step step(*this, name);
-    integer_within(1, 0, kNumRolloutStatuses - 1, "");
+  template <class M, class R, class S, class T>
+  void outcome(M&, R&, S&, T&, std::size_t reason_bytes_max) {
+    outcome(reason_bytes_max);
   }
   template <class M, class W>
   void kind(const char* name, M&, W&) {
@@ -147,8 +146,11 @@ class Checker {
   std::optional<std::int64_t> integer_of(std::size_t size);
   std::optional<std::int64_t> integer_within(std::size_t size, std::int64_t min, std::int64_t max,
                                              const char* what);
-  void finite_number();
-  void string(std::size_t bytes_max);
+  /// The number, a refused one too.
+  std::optional<double> finite_number();
+  /// Length of the text, without its NUL.
+  std::size_t string(std::size_t bytes_max);
+  void outcome(std::size_t reason_bytes_max);
   void refuse(const std::string& reason);
 
   const char* type_;

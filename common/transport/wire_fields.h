@@ -27,7 +27,7 @@
 ///   integer      any integer
 ///   number       a finite double
 ///   flag         a boolean
-///   status       a RolloutStatus
+///   outcome      an Outcome: reward, status and reason, a string as `text`
 ///   kind         a DefinitionKind
 ///   hash         16 bytes
 ///   text         a UTF-8 string of at most so many bytes, without a NUL
@@ -99,8 +99,7 @@ struct Fields<protocol::RolloutResult> {
     v.record("key", m.key, w.key);
     v.count("attempt", m.attempt, w.attempt);
     v.integer("content", m.content, w.content);
-    v.number("reward", m.reward, w.reward);
-    v.status("status", m.status, w.status);
+    v.outcome(m.outcome, w.reward, w.status, w.reason, protocol::kReasonBytesMax);
     v.bounded("duration_ns", m.duration_ns, w.duration_ns, protocol::kDurationNsMax);
   }
 };
@@ -227,6 +226,8 @@ struct Fields<protocol::LearnerStatus> {
   static constexpr const char* kChannelName = "TREEROLL_LEARNER";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("learner_id", m.learner_id, w.learner_id);
+    v.text("host", m.host, w.host, protocol::kNameBytesMax);
+    v.count("pid", m.pid, w.pid);
     v.text("study", m.study, w.study, protocol::kNameBytesMax);
     v.text("waiting_for", m.waiting_for, w.waiting_for, protocol::kStringBytesMax);
     v.number("elapsed_s", m.elapsed_s, w.elapsed_s);
@@ -243,10 +244,12 @@ struct Fields<protocol::LearnerStatus> {
     v.count("num_late", m.num_late, w.num_late);
     v.count("num_duplicate", m.num_duplicate, w.num_duplicate);
     v.count("num_failed", m.num_failed, w.num_failed);
+    v.count("num_discarded", m.num_discarded, w.num_discarded);
     v.count("num_rejected", m.num_rejected, w.num_rejected);
     v.count("num_reissued", m.num_reissued, w.num_reissued);
     v.count("num_conflicting", m.num_conflicting, w.num_conflicting);
     v.number("best_reward", m.best_reward, w.best_reward);
+    v.text("last_failure", m.last_failure, w.last_failure, protocol::kStringBytesMax);
     v.mac(w.mac);
   }
 };

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/shown_reward.h"
+
 namespace treeroll {
 namespace {
 
@@ -30,6 +32,15 @@ std::string as_time(double seconds) {
   if (seconds < 100) return fmt::format("{:.0f} s", seconds);
   if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
   return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+/// ", 12 failed, 3 discarded, the last: run 0 (tree, repetition 0), roll-out 7: diverged".
+std::string failures(const protocol::LearnerStatus& status) {
+  std::string text;
+  if (status.num_failed > 0) text += fmt::format(", {} failed", status.num_failed);
+  if (status.num_discarded > 0) text += fmt::format(", {} discarded", status.num_discarded);
+  if (!status.last_failure.empty()) text += fmt::format(" (the last: {})", status.last_failure);
+  return text;
 }
 
 std::string as_rate(double per_s) {
@@ -64,10 +75,11 @@ void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
   if (num_done == 0) return;  // the warning above says why
   const double share = static_cast<double>(num_done) / static_cast<double>(num_in_all);
   const std::string text = fmt::format(
-      "{} of {} roll-outs ({:.0f} %), {} of {} runs done, best {:.3f}; {} workers with {} "
-      "evaluators{}",
-      num_done, num_in_all, 100. * share, status.num_runs_done, status.num_runs, status.best_reward,
-      status.num_workers, status.num_evaluators, pace(num_in_all - num_done));
+      "{} of {} roll-outs ({:.0f} %), {} of {} runs done, {}{}; {} workers with {} evaluators{}",
+      num_done, num_in_all, 100. * share, status.num_runs_done, status.num_runs,
+      status.best_reward > 0 ? "best " + shown_reward(status.best_reward)
+                             : "no positive reward yet",
+      failures(status), status.num_workers, status.num_evaluators, pace(num_in_all - num_done));
   if (in_place_) return show_status_line(bar(share) + text);
   spdlog::info("{}", text);
 }

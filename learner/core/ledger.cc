@@ -34,13 +34,20 @@ void seal(Question& question, RolloutKey key) {
   question.content = short_form(content_hash(bytes));
 }
 
+std::int64_t content_under(const Question& question, RolloutKey key) {
+  Question asked = question;
+  seal(asked, key);
+  return asked.content;
+}
+
 void Ledger::draw(RolloutKey key, Question question) {
+  const bool is_first_trial = question.discarded.empty();
   Entry entry;
   entry.question = std::move(question);
   const bool is_new = entries_.emplace(key, std::move(entry)).second;
   CHECK(is_new, "a roll-out was drawn twice");
   ready_.push_back(key);
-  if (key.number >= 0) ++counters.issued;
+  if (key.number >= 0 && is_first_trial) ++counters.issued;
 }
 
 std::vector<protocol::RolloutRequest> Ledger::lease(TimePoint now,

@@ -23,12 +23,17 @@ struct Question {
   ContentHash task_id;
   ContentHash policy_id;
   std::int64_t task_seed = 0;
-  std::int64_t content = 0;  ///< short hash of all the rest; echoed by answers
+  std::int64_t content = 0;  ///< short hash of the fields above and theta; echoed by answers
   Eigen::VectorXd theta;
+  /// Contents of its earlier trials, whose seeds were others: discarded, each.
+  std::vector<std::int64_t> discarded;
 };
 
-/// Sets `content` from the other fields and the key.
+/// Sets `content`.
 void seal(Question& question, protocol::RolloutKey key);
+
+/// What `content` would be if the question were asked under this key.
+std::int64_t content_under(const Question& question, protocol::RolloutKey key);
 
 /// The book of every roll-out that has no answer yet: drawn -> ready -> leased -> answered, and
 /// back from leased to ready when the lease is lost. A roll-out may be leased to a second worker
@@ -53,7 +58,7 @@ class Ledger {
     const Lease* lease_of(protocol::WorkerId worker) const;
   };
 
-  /// A roll-out has been drawn. Precondition: its key is new.
+  /// A roll-out has been drawn, or is to be tried again. Precondition: its key is not open.
   void draw(protocol::RolloutKey key, Question question);
 
   /// Oldest first, re-issued ones before all others.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace treeroll::learner {
 namespace {
 
@@ -28,6 +30,11 @@ std::string why_waiting(const Study& study, const std::vector<ContentHash>& task
     usable += worker.usable();
     deaf += worker.hearing.seems_deaf(now);
     has_room = has_room || (worker.usable() && worker.free_slots > 0);
+  }
+  const auto is_other = [](const auto& entry) { return entry.second.other_class; };
+  if (usable == 0 && std::any_of(workers.begin(), workers.end(), is_other)) {
+    return fmt::format("none of the {} workers takes roll-outs: the study demands numeric class {}",
+                       workers.size(), workforce.classes().demanded().value_or("one"));
   }
   if (deaf == static_cast<int>(workers.size())) {
     return fmt::format("{} workers are heard and none answers: is UDP blocked towards them?", deaf);

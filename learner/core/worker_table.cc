@@ -22,7 +22,7 @@ WorkerRecord record_of(const WorkerEntry& worker, TimePoint start) {
 }  // namespace
 
 std::string describe(const WorkerEntry& worker) {
-  return fmt::format("worker {:x} ({} pid {})", worker.id, worker.host, worker.pid);
+  return fmt::format("worker {} ({} pid {})", worker.id, worker.host, worker.pid);
 }
 
 WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {

@@ -26,10 +26,13 @@ struct WorkerEntry {
   int free_slots = 0;      ///< as last reported, less what was issued since
   int receive_buffer_bytes = 0;
   bool draining = false;
-  bool distrusted = false;  ///< gave an answer no sound worker gives
-  bool joined = false;      ///< has answered this learner, and it has been said
-  bool late = false;        ///< has what took too long elsewhere, and has answered nothing since
+  bool distrusted = false;   ///< gave an answer no sound worker gives
+  bool other_class = false;  ///< than the one that the study demands
+  bool joined = false;       ///< has answered this learner, and it has been said
+  bool late = false;         ///< has what took too long elsewhere, and has answered nothing since
   Hearing hearing;
+  /// The class under which the journal knows it; nothing while it has no result there.
+  std::optional<std::string> noted_class;
   TimePoint first_heard;
   TimePoint last_heard;
   struct Refusal {
@@ -51,7 +54,8 @@ struct WorkerEntry {
   /// One that refuses so much is asked for nothing until it has been forgotten what it refused.
   bool refuses_too_much() const { return refused.size() >= protocol::kRefusalsPerWorkerMax; }
   bool usable() const {
-    return num_evaluators > 0 && !draining && !distrusted && !refuses_too_much() && hearing.hears();
+    return num_evaluators > 0 && !draining && !distrusted && !other_class && !refuses_too_much() &&
+           hearing.hears();
   }
   /// Nothing speaks against it: others of whom that is true are no better.
   bool is_first_choice() const { return hearing.is_first_choice() && !late; }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/base/cut_text.h"
+#include "common/base/task_agreement.h"
 #include "common/protocol/pieces.h"
 #include "common/protocol/timings.h"
 #include "common/protocol/wire_sizes.h"
@@ -26,7 +27,7 @@ constexpr Duration kHedgeInterval = std::chrono::milliseconds(100);
 }  // namespace
 
 Workforce::Workforce(LearnerSettings settings, Client& client)
-    : settings_(std::move(settings)), client_(client) {}
+    : settings_(std::move(settings)), client_(client), classes_(settings_.numeric_class) {}
 
 ContentHash Workforce::add_task(const std::string& content) {
   const ContentHash id = definitions_.add(protocol::DefinitionKind::kTask, content);
@@ -175,11 +176,10 @@ WorkerEntry* Workforce::hear(const Turn& turn, protocol::WorkerId id) {
   }
   if (worker || refuses_workers_) return worker;
   refuses_workers_ = true;
-  turn.warn(
-      "workers refused",
-      fmt::format("worker {:x} is refused, and so are others until one leaves: {} workers are "
-                  "the most that are served",
-                  id, protocol::kWorkersMax));
+  turn.warn("workers refused",
+            fmt::format("worker {} is refused, and so are others until one leaves: {} workers are "
+                        "the most that are served",
+                        id, protocol::kWorkersMax));
   return nullptr;
 }
 
@@ -190,12 +190,13 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
   const bool starts_draining = status.draining && !worker->draining;
   worker->host = status.host;
   worker->pid = status.pid;
-  worker->numeric_class = status.numeric_class;
+  worker->numeric_class = cut_text(status.numeric_class, protocol::kNumericClassBytesMax);
   worker->num_evaluators = status.num_evaluators;
   worker->free_slots = status.free_slots;
   worker->receive_buffer_bytes = status.receive_buffer_bytes;
   worker->draining = status.draining;
   if (is_new) publish_undescribed_tasks(turn.now);
+  compare_with_demand(turn, *worker);
   if (starts_draining && worker->joined) {
     turn.inform("workers that drain", fmt::format("{} takes no more roll-outs", describe(*worker)));
   }
@@ -245,10 +246,15 @@ void Workforce::on(const Turn& turn, const protocol::DefinitionReport& report) {
   if (!is_task && !definitions_.find(policy_name(report.definition_id))) return;
   if (!report.accepted) return refuse(turn, *worker, report.definition_id, report.text);
   worker->refused.erase(report.definition_id);
-  if (!is_task || facts_.contains(report.definition_id)) return;
+  if (!is_task) return;
   Result<TaskDescription> facts = task_description_from_json(report.text);
   // Its own description makes no sense: another worker's may.
   if (!facts) return refuse(turn, *worker, report.definition_id, facts.error().message);
+  if (const TaskDescription* known = facts_of(report.definition_id)) {
+    const std::optional<std::string> difference = disagreement(*known, *facts);
+    if (difference) refuse(turn, *worker, report.definition_id, *difference);
+    return;
+  }
   if (client_.take_facts(turn, report.definition_id, *facts)) {
     facts_[report.definition_id] = *facts;
   }

@@ -13,6 +13,7 @@
 #include "learner/core/learner_events.h"
 #include "learner/core/learner_settings.h"
 #include "learner/core/ledger.h"
+#include "learner/core/numeric_classes.h"
 #include "learner/core/worker_table.h"
 
 namespace treeroll::learner {
@@ -48,7 +49,7 @@ class Workforce {
   ContentHash add_policy(const Turn& turn, const std::string& content);
   void release_policy(const ContentHash& id) { definitions_.release(policy_name(id)); }
   void start(const Turn& turn);
-  /// Precondition: the key is new.
+  /// Precondition: the key is not open.
   void ask(protocol::RolloutKey key, Question question) { ledger_.draw(key, std::move(question)); }
   /// The answer is known from elsewhere. Precondition: the question is open.
   void withdraw(protocol::RolloutKey key) { close(key); }
@@ -70,7 +71,13 @@ class Workforce {
 
   std::optional<TimePoint> next_deadline() const;
 
+  /// Of earlier incarnations: a worker of theirs, and the class of one of its results.
+  void recover(const KnownWorker& worker);
+  int class_of(const AcceptedResult& recovered);
+
   // What is known.
+
+  const NumericClasses& classes() const { return classes_; }
 
   const Ledger& ledger() const { return ledger_; }
   const WorkerTable& workers() const { return workers_; }
@@ -120,7 +127,8 @@ class Workforce {
                       const std::vector<protocol::RolloutKey>& held);
   void reconcile(TimePoint now, WorkerEntry& worker, const protocol::HeldRollouts& held);
   void note_lost(TimePoint now, protocol::WorkerId worker, TimePoint issued_at);
-  int numeric_class(const std::string& name);
+  void note_class(const Turn& turn, WorkerEntry& worker);
+  void compare_with_demand(const Turn& turn, WorkerEntry& worker);
 
   LearnerSettings settings_;
   Client& client_;
@@ -132,7 +140,8 @@ class Workforce {
   WorkerTable workers_;
   std::set<protocol::WorkerId> answers_unsynced_;      // have answered what is not yet synced
   std::set<protocol::WorkerId> acknowledgements_due_;  // with the next message
-  std::map<std::string, int> numeric_classes_;
+  NumericClasses classes_;
+  std::map<protocol::WorkerId, std::string> recovered_classes_;  // of earlier incarnations' workers
   std::int64_t last_batch_ = 0;                 // sequence of the last message sent
   double rollout_time_s_ = 0;                   // running mean over all answers
   std::map<ContentHash, double> task_times_s_;  // the same, by task

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/base/cut_text.h"
 #include "common/protocol/timings.h"
 #include "learner/core/dispatch.h"
 #include "learner/core/workforce.h"
@@ -55,17 +56,23 @@ void Workforce::accept(const Turn& turn, WorkerEntry& worker,
   const protocol::RolloutKey key = result.key;
   const std::optional<ContentHash> task_id = client_.task_of(key);
   const TaskDescription* facts = task_id ? facts_of(*task_id) : nullptr;
-  if (!facts || worker.distrusted) {  // without facts nothing of this run has been issued
+  // Of its class nothing is known before its heartbeat.
+  const bool is_excluded = worker.other_class || !classes_.allows(worker.numeric_class);
+  if (!facts || worker.distrusted ||
+      is_excluded) {  // without facts nothing of this run has been issued
     ++ledger_.counters.rejected;
     return;
   }
   const Ledger::Entry* open = ledger_.find(key);
   if (!open) return compare_with_taken(turn, worker, result, *facts);
   if (open->question.content != result.content) {
-    ++ledger_.counters.rejected;  // an answer to an older question
+    const std::vector<std::int64_t>& discarded = open->question.discarded;
+    const bool is_repeated = std::ranges::find(discarded, result.content) != discarded.end();
+    // Else an answer to an older question.
+    ++(is_repeated ? ledger_.counters.duplicate : ledger_.counters.rejected);
     return;
   }
-  const Outcome outcome(result.reward, result.status);
+  const Outcome& outcome = result.outcome;
   if (outcome.is_ok() && !facts->is_in_range(outcome.reward()))
     return distrust(turn, worker, result, *facts);
 
@@ -75,10 +82,11 @@ void Workforce::accept(const Turn& turn, WorkerEntry& worker,
   worker.hearing.note_confirmed();
   ++worker.num_accepted;
   last_progress_ = turn.now;
-  const AcceptedResult accepted{key, result.content, outcome, worker.id};
+  note_class(turn, worker);
+  const AcceptedResult accepted{key, result.content, outcome, worker.id, result.duration_ns};
   turn.effects.emplace_back(AppendResult{accepted});
   ++num_unsynced_;
-  client_.take(turn, accepted, numeric_class(worker.numeric_class));
+  client_.take(turn, accepted, classes_.index(worker.numeric_class));
 }
 
 /// An answer to a roll-out that is not open: a duplicate, or to nothing that was asked.
@@ -91,15 +99,17 @@ void Workforce::compare_with_taken(const Turn& turn, const WorkerEntry& worker,
     return;
   }
   ++ledger_.counters.duplicate;
-  const bool comparable = facts.deterministic && before->numeric_class != kUnknownClass &&
-                          before->numeric_class == numeric_class(worker.numeric_class);
-  if (!comparable || before->outcome == Outcome(result.reward, result.status)) return;
+  const bool comparable = facts.deterministic && !result.outcome.is_discarded() &&
+                          !before->outcome.is_discarded() &&
+                          before->numeric_class != kUnknownClass &&
+                          before->numeric_class == classes_.index(worker.numeric_class);
+  if (!comparable || before->outcome.agrees_with(result.outcome)) return;
   ++ledger_.counters.conflicting;
   turn.warn("suspicious results",
             fmt::format("{} gave reward {} where {} was accepted, run {} roll-out {}: one of two "
                         "workers of the same numeric class is broken",
-                        describe(worker), result.reward, before->outcome.reward(), result.key.run,
-                        result.key.number));
+                        describe(worker), result.outcome.reward(), before->outcome.reward(),
+                        result.key.run, result.key.number));
 }
 
 void Workforce::distrust(const Turn& turn, WorkerEntry& worker,
@@ -109,7 +119,7 @@ void Workforce::distrust(const Turn& turn, WorkerEntry& worker,
   turn.write(
       {LogLine::Level::kError, "rewards out of range",
        fmt::format("{} gave reward {} outside the task's range {} to {}: it gets no more work",
-                   describe(worker), result.reward, facts.reward_min, facts.reward_max)});
+                   describe(worker), result.outcome.reward(), facts.reward_min, facts.reward_max)});
   ledger_.take_back_all(worker.id);
 }
 
@@ -173,10 +183,45 @@ void Workforce::reconcile(TimePoint now, WorkerEntry& worker, const protocol::He
   }
 }
 
-int Workforce::numeric_class(const std::string& name) {
-  const bool is_full = numeric_classes_.size() >= protocol::kNumericClassesMax;
-  if (is_full && !numeric_classes_.contains(name)) return kUnknownClass;
-  return numeric_classes_.emplace(name, static_cast<int>(numeric_classes_.size())).first->second;
+/// What a result was computed on: for the journal, and for those who watch.
+void Workforce::note_class(const Turn& turn, WorkerEntry& worker) {
+  if (worker.noted_class != worker.numeric_class) {
+    worker.noted_class = worker.numeric_class;
+    turn.effects.emplace_back(
+        AppendWorker{{worker.id, worker.numeric_class,
+                      cut_text(worker.host, protocol::kHostNameBytesMax), worker.pid}});
+  }
+  if (!classes_.count(worker.numeric_class)) return;
+  if (classes_.counts().size() > 1) {
+    turn.warn("numeric classes",
+              fmt::format("{} is of another numeric class, {}, than workers before it: the study's "
+                          "bits depend on who evaluates what (study.numeric_class demands one)",
+                          describe(worker), worker.numeric_class));
+  }
+  for (auto& [id, other] : workers_.all()) compare_with_demand(turn, other);
+}
+
+/// A worker of another class than the study demands gets nothing.
+void Workforce::compare_with_demand(const Turn& turn, WorkerEntry& worker) {
+  const bool is_other = worker.num_evaluators > 0 && !classes_.allows(worker.numeric_class);
+  if (is_other == worker.other_class) return;
+  worker.other_class = is_other;
+  if (!is_other) return;
+  turn.warn("workers of another class",
+            fmt::format("{} gets no roll-outs: it is of numeric class {}, the study demands {}",
+                        describe(worker), worker.numeric_class, *classes_.demanded()));
+  ledger_.take_back_all(worker.id);
+}
+
+void Workforce::recover(const KnownWorker& worker) {
+  recovered_classes_[worker.worker_id] = worker.numeric_class;
+}
+
+int Workforce::class_of(const AcceptedResult& recovered) {
+  const auto known = recovered_classes_.find(recovered.worker_id);
+  if (known == recovered_classes_.end()) return kUnknownClass;
+  classes_.count(known->second);
+  return classes_.index(known->second);
 }
 
 }  // namespace treeroll::learner

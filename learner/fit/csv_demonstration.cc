@@ -8,6 +8,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 #include <system_error>
 #include <utility>
 
@@ -103,6 +104,33 @@ double number_of(const std::string& field, const std::string& place, const std::
   return number;
 }
 
+/// One name of a head line, in quotes if it could be taken for something else.
+std::string head_field(const std::string& name) {
+  if (name.find_first_of(",\"\r\n") == std::string::npos) return name;
+  std::string quoted = "\"";
+  for (const char c : name) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
+std::string text_of(const Eigen::MatrixXd& data, const std::vector<std::string>& columns) {
+  std::string text;
+  for (const std::string& column : columns) text += (text.empty() ? "" : ",") + head_field(column);
+  text += '\n';
+  for (Eigen::Index n = 0; n < data.cols(); ++n) {
+    for (Eigen::Index i = 0; i < data.rows(); ++i) {
+      fmt::format_to(std::back_inserter(text), "{}{}", i == 0 ? "" : ",", data(i, n));
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+void check_size(Eigen::Index num_observations, const std::string& place) {
+  if (num_observations <= kObservationsMax) return;
+  refuse(place,
+         fmt::format("all files together must hold at most {} observations", kObservationsMax));
+}
+
 }  // namespace
 
 Eigen::MatrixXd parse_demonstration(std::string_view text, const std::string& name,
@@ -139,15 +167,28 @@ CsvDemonstration read_demonstration_files(const std::vector<std::string>& files,
     hashes += to_hex(content_hash(text));
     const Eigen::MatrixXd observations = parse_demonstration(text, file, columns);
     const Eigen::Index before = result.data.cols();
-    if (before + observations.cols() > kObservationsMax) {
-      refuse(file,
-             fmt::format("all files together must hold at most {} observations", kObservationsMax));
-    }
+    check_size(before + observations.cols(), file);
     result.data.conservativeResize(Eigen::NoChange, before + observations.cols());
     result.data.rightCols(observations.cols()) = observations;
   }
   if (result.data.cols() < 2) refuse(files.front(), "holds less than 2 observations");
-  result.content = to_hex(content_hash(hashes));
+  result.text = text_of(result.data, columns);
+  result.content = to_hex(content_hash(result.text));
+  result.content_of_files = to_hex(content_hash(hashes));
+  return result;
+}
+
+CsvDemonstration read_demonstration_text(const std::string& text, const std::string& content,
+                                         const std::vector<std::string>& columns) {
+  const std::string place = "demonstrations." + content;
+  const std::string found = to_hex(content_hash(text));
+  if (found != content) refuse(place, "has another content, " + found);
+  CsvDemonstration result;
+  result.data = parse_demonstration(text, place, columns);
+  check_size(result.data.cols(), place);
+  if (result.data.cols() < 2) refuse(place, "holds less than 2 observations");
+  result.text = text;
+  result.content = content;
   return result;
 }
 

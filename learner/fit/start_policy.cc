@@ -107,10 +107,33 @@ std::vector<double> log_likelihoods(const TreeModel& tree, const Eigen::MatrixXd
   return by_layer;
 }
 
+/// A start that was fitted before and comes from outside: is it one that these settings describe?
+void check_fitted(SettingsReader& policy, const StartPolicy& fitted, const FitSettings& fit,
+                  ThetaLayout layout, const std::vector<int>& components, Eigen::Index dim) {
+  const auto* tree_policy = dynamic_cast<const TreePolicy*>(fitted.policy.get());
+  const auto require = [&](bool holds, const char* what) {
+    if (holds) return;
+    policy.refuse("fit",
+                  fmt::format("the study's stored start is another one: its {} differs", what));
+  };
+  require(tree_policy != nullptr, "kind");
+  const TreeModel& tree = tree_policy->tree();
+  require(tree_policy->layer() == 1, "explored layer");
+  require(tree_policy->layout() == layout, "layout");
+  require(tree.frame_kind() == fit.frame_kind, "kind of frames");
+  require(tree.input_dim() == fit.input_dim && tree.dim() == dim, "number of inputs or outputs");
+  require(tree.num_layers() == static_cast<int>(components.size()), "number of layers");
+  for (int layer = 1; layer <= tree.num_layers(); ++layer) {
+    require(tree.layer(layer).num_components() == components[static_cast<std::size_t>(layer) - 1],
+            "number of components");
+  }
+  require(fitted.log_likelihoods.size() == components.size(), "number of log-likelihoods");
+}
+
 StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, ThetaLayout layout,
-                              const FileReader& read_file) {
+                              const StartSources& sources) {
   const std::string model = policy.choice("model", {"tree", "flat", "top_down_tree"}, "tree");
-  const Demonstration demonstration = read_demonstration(policy.table("demonstration"), read_file);
+  const Demonstration demonstration = read_demonstration(policy.table("demonstration"), sources);
   const Eigen::MatrixXd& data = demonstration.data;
   FitSettings fit = read_fit(policy.table("fit"), demonstration);
   fit.frame_kind = frame_kind;
@@ -122,15 +145,26 @@ StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, Thet
                                      "{:.0f}",
                                      work, kWorkMax));
   }
+  StartPolicy start{.policy = {},
+                    .log_likelihoods = {},
+                    .demonstration = std::make_shared<const Eigen::MatrixXd>(data),
+                    .demonstration_text = demonstration.text};
+  if (sources.fitted) {
+    const bool is_flat = model == "flat";
+    check_fitted(policy, *sources.fitted, fit, layout,
+                 is_flat ? std::vector<int>{components.back()} : components, data.rows());
+    start.policy = sources.fitted->policy;
+    start.log_likelihoods = sources.fitted->log_likelihoods;
+    return start;
+  }
   const int num_layers = static_cast<int>(components.size());
   try {
     TreeModel tree = model == "flat"   ? fit_flat(data, components.back(), fit)
                      : model == "tree" ? fit_bottom_up(data, components.front(), num_layers, fit)
                                        : fit_top_down(data, components.back(), num_layers, fit);
-    std::vector<double> by_layer = log_likelihoods(tree, data);
-    return {.policy = std::make_shared<TreePolicy>(std::move(tree), 1, layout),
-            .log_likelihoods = std::move(by_layer),
-            .demonstration = std::make_shared<const Eigen::MatrixXd>(data)};
+    start.log_likelihoods = log_likelihoods(tree, data);
+    start.policy = std::make_shared<TreePolicy>(std::move(tree), 1, layout);
+    return start;
   } catch (const FitError& error) {
     policy.refuse("fit", fmt::format("no model can be fitted: {}", error.what()));
   } catch (const std::invalid_argument& error) {
@@ -146,14 +180,14 @@ TreeModel given_components(SettingsReader& policy, FrameKind frame_kind) {
 
 }  // namespace
 
-StartPolicy read_start_policy(SettingsReader& policy, const FileReader& read_file) {
+StartPolicy read_start_policy(SettingsReader& policy, const StartSources& sources) {
   const bool is_given = policy.choice("start", {"fit", "components"}, "fit") == "components";
   const ThetaLayout layout = read_layout(policy);
   const FrameKind frame_kind =
       policy.choice("frames", {"eigenvector", "cholesky"}, "eigenvector") == "cholesky"
           ? FrameKind::kCholesky
           : FrameKind::kEigenvector;
-  if (!is_given) return fit_demonstration(policy, frame_kind, layout, read_file);
+  if (!is_given) return fit_demonstration(policy, frame_kind, layout, sources);
   return {.policy = std::make_shared<TreePolicy>(given_components(policy, frame_kind), 1, layout)};
 }
 

@@ -85,6 +85,8 @@ bool looks_like_a_seal(std::string_view bytes) {
   return differing <= 1;
 }
 
+JournalStart longest_start() { return {.program = std::string(kProgramBytesMax, ' ')}; }
+
 }  // namespace
 
 Result<JournalTail> read_journal(std::istream& file, const std::string& name,
@@ -112,7 +114,7 @@ Result<JournalTail> read_journal(std::istream& file, const std::string& name,
       }
       tail.torn_bytes = window.offset() - offset;
       // The first record is on stable storage before a second one is written.
-      if (tail.num_records == 0 && tail.torn_bytes > framed_size(JournalStart{})) {
+      if (tail.num_records == 0 && tail.torn_bytes > framed_size(longest_start())) {
         return Error{fmt::format("{}: is no journal: not one record is in its {} bytes", name,
                                  tail.torn_bytes)};
       }
@@ -121,8 +123,17 @@ Result<JournalTail> read_journal(std::istream& file, const std::string& name,
     if (framed->number != tail.num_records || framed->check_before != tail.last_check) {
       return damaged(tail.num_records, window.offset(), "it does not follow the record before it");
     }
+    const auto* start = std::get_if<JournalStart>(&framed->record);
+    if (start && start->format > kJournalFormat) {
+      // Nothing is damaged: whoever could mend damage must leave it alone.
+      throw std::runtime_error(fmt::format(
+          "{}: record {} at byte {}: from here on it is written in form {} by treeroll {}, and "
+          "this "
+          "program reads forms up to {}: take that version",
+          name, tail.num_records, window.offset(), start->format, start->program, kJournalFormat));
+    }
     const bool begins = tail.num_records == 0 || tail.sealed;
-    if (begins && !std::holds_alternative<JournalStart>(framed->record)) {
+    if (begins && !start) {
       return damaged(tail.num_records, window.offset(), "a start must stand here");
     }
     on_record(framed->record);

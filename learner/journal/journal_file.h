@@ -25,7 +25,8 @@ struct JournalTail {
 /// with valid records behind it, a seal that does not verify, records out of order, a first
 /// record or one behind a seal that is no start, are errors that
 /// name file, record and offset; so is a file without a record that is longer than what a crash
-/// leaves of the first. Whatever `on_record` throws passes through.
+/// leaves of the first. Throws std::runtime_error for a start of a later form than this program
+/// knows, which is no damage. Whatever `on_record` throws passes through.
 Result<JournalTail> read_journal(const std::filesystem::path& path,
                                  const std::function<void(const JournalRecord&)>& on_record);
 /// The same of bytes that are no file. `name` stands for the path in errors.

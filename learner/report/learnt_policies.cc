@@ -40,15 +40,17 @@ class RolloutMaker {
       auto task = tasks_.find(task_content);
       if (task == tasks_.end()) {
         tasks_[task_content] = std::nullopt;  // if it cannot be described, it is asked about once
-        task = tasks_.insert_or_assign(task_content, describe_task(task_content, program_)).first;
+        task =
+            tasks_.insert_or_assign(task_content, describe_task(task_content, program_).description)
+                .first;
         all_deterministic_ = all_deterministic_ && task->second->deterministic;
       }
       if (!task->second) return std::nullopt;
       PolicyEvaluation said = evaluate_with(
           program_, *task->second,
           {.task_content = task_content, .policy_text = policy, .seed = 0, .trace = true});
-      return ShownRollout{.reward = said.reward,
-                          .status = std::move(said.status),
+      return ShownRollout{.reward = said.outcome.reward(),
+                          .status = std::string(name(said.outcome.status())),
                           .trace = thinned(said.trace, kRowsMax)};
     } catch (const ConfigError& error) {
       fmt::print(stderr, "a roll-out cannot be shown: {}\n", error.what());

@@ -62,9 +62,16 @@ json to_json(const StudyResults& study) {
                           {"best_reward", or_null(summary.mean_best_reward)},
                           {"best_reward_interval_95", or_null(summary.interval_95)},
                           {"final_reward", or_null(summary.mean_final_reward)},
+                          {"final_reward_interval_95", or_null(summary.final_interval_95)},
+                          {"start_reward", or_null(summary.mean_start_reward)},
+                          {"discarded", summary.num_discarded},
+                          {"last_failure", summary.last_failure},
+                          {"remarks", remarks(summary)},
                           {"first_switch", switches}});
   }
-  return {{"study", study.name}, {"conditions", conditions}};
+  return {{"study", study.name},
+          {"missing", study.missing.empty() ? json(nullptr) : json(study.missing)},
+          {"conditions", conditions}};
 }
 
 json to_json(const Comparison& comparison) {

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <map>
 
+#include "common/base/shown_reward.h"
 #include "learner/report/figures/condition_grid.h"
 #include "learner/results/run_counts.h"
 #include "learner/results/summary.h"
@@ -19,11 +20,9 @@ namespace {
 constexpr std::size_t kPairsMax = 400;
 
 std::string number(const std::optional<double>& value) {
-  return value ? fmt::format("{:.3f}", *value) : "-";
+  return value ? shown_reward(*value) : "-";
 }
-std::string text(const std::optional<Interval>& interval) {
-  return interval ? fmt::format("[{:.3f}, {:.3f}]", interval->low, interval->high) : "-";
-}
+std::string text(const std::optional<Interval>& interval) { return shown_interval(interval); }
 std::string text_of_p(const std::optional<double>& p) {
   if (!p) return "-";
   return *p < 1e-6 ? "< 1e-6" : fmt::format("{:.2g}", *p);
@@ -38,9 +37,9 @@ std::vector<double> present(const std::vector<const RunRecord*>& runs, const Mea
 }
 
 Table reward_table(const StudyResults& study) {
-  Table table{.columns = {"condition", "runs", "near the end: mean", "95 %", "median",
-                          "best roll-out: mean", "95 %", "mean policy: mean", "95 %", "roll-outs",
-                          "failed roll-outs", "runs without an end"},
+  Table table{.columns = {"condition", "runs", "start policy: mean", "near the end: mean", "95 %",
+                          "median", "best roll-out: mean", "95 %", "mean policy: mean", "95 %",
+                          "roll-outs", "failed roll-outs", "runs without an end"},
               .rows = {}};
   for (const ConditionSummary& summary : summarize(study.runs)) {
     const auto runs = runs_of(study, summary.condition);
@@ -49,16 +48,35 @@ Table reward_table(const StudyResults& study) {
     const auto lacking = runs.size() - final_rewards.size();
     table.rows.push_back({{summary.condition, ""},
                           {std::to_string(summary.num_runs), ""},
+                          {number(summary.mean_start_reward), ""},
                           {number(mean(end)), ""},
                           {text(mean_interval_95(end)), ""},
                           {number(median(end)), ""},
                           {number(summary.mean_best_reward), ""},
                           {text(summary.interval_95), ""},
                           {number(mean(final_rewards)), ""},
-                          {text(mean_interval_95(final_rewards)), ""},
+                          {text(summary.final_interval_95), ""},
                           {std::to_string(summary.num_rollouts), ""},
                           {std::to_string(summary.num_failed), ""},
                           {std::to_string(lacking), ""}});
+  }
+  return table;
+}
+
+/// Of the conditions in which roll-outs have failed or trials were void.
+Table failure_table(const StudyResults& study) {
+  Table table{.columns = {"condition", "diverged", "failed", "crashed", "timed out", "given up",
+                          "discarded trials", "the last failure"},
+              .rows = {}};
+  for (const ConditionSummary& summary : summarize(study.runs)) {
+    if (summary.num_failed == 0 && summary.num_discarded == 0) continue;
+    std::vector<Cell> row = {{summary.condition, ""}};
+    for (std::size_t i = 1; i < summary.by_status.size(); ++i) {
+      row.push_back({std::to_string(summary.by_status[i]), ""});
+    }
+    row.push_back({std::to_string(summary.num_discarded), ""});
+    row.push_back({summary.last_failure.empty() ? "-" : summary.last_failure, ""});
+    table.rows.push_back(std::move(row));
   }
   return table;
 }
@@ -142,14 +160,27 @@ Section claims_section(const std::vector<Claim>& claims, const std::vector<Claim
 Section study_section(const StudyResults& study, const std::vector<Picture>& figures,
                       const std::vector<std::string>& remarks) {
   Section section{.id = to_id(study.name), .title = "Study " + study.name, .blocks = {}};
+  if (!study.missing.empty()) {
+    section.blocks.emplace_back("The study is not complete: " + study.missing +
+                                ". treeroll-learner --resume with its directory goes on.");
+  }
   section.blocks.emplace_back(
-      "Rewards of roll-outs are of perturbed policies; those of the mean policy are evaluated "
-      "apart "
-      "from the budget. Intervals are of the mean over repetitions, by Student's t. A failed "
+      "Rewards of roll-outs are of perturbed policies; those of the start policy and of "
+      "the mean policy are evaluated apart from the budget. Intervals are of the mean over "
+      "repetitions, by Student's t. A failed "
       "roll-out "
       "counts with reward 0; a run without an end was stopped before its final policy was "
       "evaluated.");
   section.blocks.emplace_back(reward_table(study));
+  for (const ConditionSummary& summary : summarize(study.runs)) {
+    for (const std::string& remark : treeroll::remarks(summary)) {
+      section.blocks.emplace_back(remark);
+    }
+  }
+  if (Table failures = failure_table(study); !failures.rows.empty()) {
+    section.blocks.emplace_back("Roll-outs that failed, by how they ended:");
+    section.blocks.emplace_back(std::move(failures));
+  }
   if (Table switches = switch_table(study); !switches.rows.empty()) {
     section.blocks.emplace_back(
         "Roll-outs before the first switch of layer, over the runs that switched:");

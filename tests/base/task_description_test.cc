@@ -33,6 +33,17 @@ TEST(TaskDescriptionTest, IsWrittenWithTheNamesOfItsMembers) {
                             "time_limit_s": 7.0, "deterministic": false})"));
 }
 
+TEST(TaskDescriptionTest, StatesAVersionOnlyIfThereIsOne) {
+  TaskDescription versioned = kDescription;
+  versioned.version = "2024-05";
+  EXPECT_EQ(to_json(versioned)["version"], "2024-05");
+  EXPECT_EQ(*task_description_from_json(to_json(versioned).dump()), versioned);
+  EXPECT_FALSE(to_json(kDescription).contains("version"));
+  EXPECT_NE(error_with("version", std::string(129, 'x')).find("description.version"),
+            std::string::npos);
+  EXPECT_NE(error_with("version", 2).find("description.version"), std::string::npos);
+}
+
 TEST(TaskDescriptionTest, IsReadAsItWasWritten) {
   const Result<TaskDescription> read = task_description_from_json(to_json(kDescription).dump());
   ASSERT_TRUE(read) << read.error().message;

@@ -137,7 +137,7 @@ TEST(EvaluateTest, PrintsLinesForAPersonWithoutJson) {
   const fs::path policy = service.directory() / "policy.json";
   write_file(policy, kPolicy);
   EXPECT_EQ(evaluate(service, {policy.string(), service.study(kSynthetic).string()}).output,
-            "task    synthetic\nreward  1\nstatus  ok\n");
+            "policy  " + policy.string() + "\ntask    synthetic\nreward  1\nstatus  ok\n");
 }
 
 struct BadEvaluation {

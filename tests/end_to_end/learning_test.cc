@@ -140,7 +140,7 @@ TEST(LearningTest, TenThousandRolloutsWithAWorkerThatJoinsLateAndOneThatLeaves) 
     EXPECT_EQ(worker["last_heard_s"] < learnt.summary["seconds"].get<double>() - 1, left);
     EXPECT_EQ(worker["first_heard_s"] > .3, !left);
   }
-  EXPECT_EQ(accepted, 10'000 + 10);  // and an evaluation of each final policy
+  EXPECT_EQ(accepted, 10'000 + 2 * 10);  // and an evaluation of each start and final policy
 }
 
 TEST(LearningTest, LocalWorkersLearnAndEndWithTheirLearner) {
@@ -249,7 +249,7 @@ TEST(LearningTest, AStudyThatIsLearntForATimeEndsWithWhatItHasThen) {
     const auto* result = std::get_if<AcceptedResult>(&record);
     num_evaluations += result && result->key.number < 0 ? 1 : 0;
   }));
-  EXPECT_EQ(num_evaluations, 10) << "of each run's policy";
+  EXPECT_EQ(num_evaluations, 2 * 10) << "of each run's start and final policy";
   const std::string said = verified(service);
   EXPECT_THAT(said, HasSubstr("files agree"));
   EXPECT_THAT(said, HasSubstr("learning   2.0 s"));

@@ -86,14 +86,14 @@ TEST(RecordingTest, ALoggerSeesEveryRolloutRewardDefinitionAndStatus) {
     if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
       for (const auto& rollout : batch->rollouts) asked.insert(rollout.key);
     } else if (const auto* rewards = std::get_if<protocol::RewardBatch>(&message)) {
-      for (const auto& result : rewards->results) answered[result.key] = result.reward;
+      for (const auto& result : rewards->results) answered[result.key] = result.outcome.reward();
     } else if (const auto* piece = std::get_if<protocol::DefinitionPiece>(&message)) {
       if (piece->name.kind == protocol::DefinitionKind::kPolicy) policies.insert(piece->name.id);
     } else if (const auto* best = std::get_if<protocol::BestPolicy>(&message)) {
       improved.insert(best->run);
     }
   }
-  const std::size_t all = 2 * 60 + 2;  // and an evaluation of each run
+  const std::size_t all = 2 * 60 + 4;  // and two evaluations of each run
   EXPECT_EQ(asked.size(), all);
   EXPECT_EQ(answered.size(), all);
   EXPECT_EQ(improved, (std::set<int>{0, 1}));

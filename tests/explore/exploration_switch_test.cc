@@ -43,7 +43,7 @@ TEST(ExplorationSwitchTest, LeavesAFallingLayerAtTheRightCountAndNotBefore) {
       EXPECT_EQ(run.layer(), 1) << i;
       EXPECT_TRUE(run.switches().empty());
       layers_asked(run, layers);
-      run.tell(i, falling(i), RolloutStatus::kOk);
+      run.tell(i, Outcome::ok(falling(i)));
     }
     EXPECT_EQ(run.layer(), 2);
     EXPECT_EQ(run.switches(), std::vector<int>{of.expected_results - 1});
@@ -65,7 +65,7 @@ TEST(ExplorationSwitchTest, WaitsUntilTheSlopeOfTheWindowIsBelowTheThreshold) {
       ASSERT_LT(i, 100);
       layers_asked(run, layers);
       rewards.push_back(i < 25 ? .01 * i : .25 - .005 * (i - 25));
-      run.tell(i, rewards.back(), RolloutStatus::kOk);
+      run.tell(i, Outcome::ok(rewards.back()));
       if (rewards.size() < 10) continue;
       const double slope = least_squares_slope(std::span(rewards).last(10));
       EXPECT_EQ(run.switches().size(), slope < threshold ? 1u : 0u) << i << ", slope " << slope;
@@ -89,7 +89,7 @@ TEST(ExplorationSwitchTest, WithAGainInPlaceOfTheSlopeLeavesWhenTheBestHasAllBut
     GainWindow expected(15);
     for (int i = 0; run.switches().empty(); ++i) {
       layers_asked(run, layers);
-      run.tell(i, reward(i), RolloutStatus::kOk);
+      run.tell(i, Outcome::ok(reward(i)));
       expected.add(reward(i));
       if (!gain) continue;
       const bool is_enough = i + 1 >= 15 + in_flight - 1;
@@ -115,11 +115,11 @@ TEST(ExplorationSwitchTest, StaysWithEqualRewardsAndInTheLastLayer) {
   std::vector<int> layers;
   for (int i = 0; i < 200; ++i) {
     layers_asked(equal, layers);
-    equal.tell(i, .1, RolloutStatus::kOk);
+    equal.tell(i, Outcome::ok(.1));
     layers_asked(equal_by_gain, layers);
-    equal_by_gain.tell(i, .1, RolloutStatus::kOk);
+    equal_by_gain.tell(i, Outcome::ok(.1));
     layers_asked(last, layers);
-    last.tell(i, falling(i), RolloutStatus::kOk);
+    last.tell(i, Outcome::ok(falling(i)));
   }
   EXPECT_TRUE(equal.switches().empty());
   EXPECT_TRUE(equal_by_gain.switches().empty());
@@ -137,9 +137,9 @@ TEST(ExplorationSwitchTest, TheNextLayerStartsFromTheFinalMeanWithFreshNoise) {
   Exploration in_layer_1 = run_over_means(settings, two_layer_tree());
   for (int i = 0; i < 10; ++i) {
     layers_asked(run, layers);
-    run.tell(i, falling(i), RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(falling(i)));
     layers_asked(in_layer_1, layers);
-    in_layer_1.tell(i, falling(i), RolloutStatus::kOk);
+    in_layer_1.tell(i, Outcome::ok(falling(i)));
   }
   ASSERT_EQ(run.layer(), 2);
   const TreeModel expected = tree_policy(run, 1).tree_with(in_layer_1.mean());
@@ -164,7 +164,7 @@ TEST(ExplorationSwitchTest, StaysInItsLayerWhileNoTreeCanBeMadeOfItsMean) {
     Exploration run = run_over_means(settings, two_layer_tree(), repetition);
     for (int i = 0; !run.done(); ++i) {
       while (run.ask()) continue;
-      run.tell(i, 1 + .01 * i, RolloutStatus::kOk);
+      run.tell(i, Outcome::ok(1 + .01 * i));
       if (i < 4 || run.layer() > 1) continue;
       EXPECT_THROW(static_cast<void>(tree_policy(run, 1).tree_with(run.mean()).finest()),
                    std::invalid_argument);
@@ -182,7 +182,7 @@ TEST(ExplorationSwitchTest, ALateResultOfALeftLayerIsRecordedAndNeverLearntFrom)
   std::vector<int> layers;
   for (int i = 0; i < 6; ++i) {
     layers_asked(run, layers);
-    run.tell(i, falling(i), RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(falling(i)));
   }
   ASSERT_EQ(run.layer(), 2);
   layers_asked(run, layers);
@@ -190,8 +190,8 @@ TEST(ExplorationSwitchTest, ALateResultOfALeftLayerIsRecordedAndNeverLearntFrom)
   const Eigen::VectorXd mean = run.mean();
   const Eigen::MatrixXd noise = run.noise();
   // Two late ones, one of them the best of all; then layer 2 counts from one.
-  run.tell(6, .1, RolloutStatus::kOk);
-  run.tell(7, 5, RolloutStatus::kOk);
+  run.tell(6, Outcome::ok(.1));
+  run.tell(7, Outcome::ok(5));
   EXPECT_EQ(run.num_told(), 8);
   EXPECT_EQ(run.best().rollout, 7);
   EXPECT_EQ(run.best().layer, 1);
@@ -202,10 +202,10 @@ TEST(ExplorationSwitchTest, ALateResultOfALeftLayerIsRecordedAndNeverLearntFrom)
     layers_asked(run, layers);
     EXPECT_EQ(run.mean(), mean);
     EXPECT_EQ(run.noise(), noise);
-    run.tell(i, .2, RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(.2));
   }
   EXPECT_EQ(run.mean(), mean) << "three results of this layer are not yet S_init";
-  run.tell(11, .2, RolloutStatus::kOk);
+  run.tell(11, Outcome::ok(.2));
   EXPECT_NE(run.mean(), mean);
   EXPECT_NE(run.noise(), noise);
   EXPECT_EQ(run.best().rollout, 7);
@@ -220,7 +220,7 @@ TEST(ExplorationLearnTest, LearnsFirstAtSInitResultsThenAtEachOne) {
   Eigen::MatrixXd before = run.noise();
   for (int i = 0; i < 12; ++i) {
     layers_asked(run, layers);
-    run.tell(i, .1 + .01 * i, RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(.1 + .01 * i));
     EXPECT_EQ(run.mean() != start, i >= 3) << i;
     EXPECT_EQ(run.noise() != before, i >= 3) << i;
     before = run.noise();
@@ -236,9 +236,9 @@ TEST(ExplorationLearnTest, AFailedRolloutCountsWithRewardZeroWhateverItSays) {
   for (int i = 0; i < 8; ++i) {
     const bool fails = i % 2 == 1;
     layers_asked(failing, layers);
-    failing.tell(i, fails ? NAN : .3, fails ? RolloutStatus::kDiverged : RolloutStatus::kOk);
+    failing.tell(i, {fails ? NAN : .3, fails ? RolloutStatus::kDiverged : RolloutStatus::kOk});
     layers_asked(zero, layers);
-    zero.tell(i, fails ? 0 : .3, RolloutStatus::kOk);
+    zero.tell(i, Outcome::ok(fails ? 0 : .3));
   }
   EXPECT_EQ(failing.num_told(), 8);
   EXPECT_EQ(failing.mean(), zero.mean());
@@ -254,7 +254,7 @@ TEST(ExplorationLearnTest, RewardsOfZeroChangeNothing) {
   std::vector<int> layers;
   for (int i = 0; i < 50; ++i) {
     layers_asked(run, layers);
-    run.tell(i, i % 2, i % 2 == 0 ? RolloutStatus::kOk : RolloutStatus::kTimedOut);
+    run.tell(i, {1. * (i % 2), i % 2 == 0 ? RolloutStatus::kOk : RolloutStatus::kTimedOut});
     EXPECT_EQ(run.mean(), mean);
     EXPECT_EQ(run.noise(), noise);
   }
@@ -269,7 +269,7 @@ TEST(ExplorationLearnTest, TheBestOfTheWholeHistoryWeighInEachUpdate) {
   std::vector<Eigen::VectorXd> thetas;
   for (int i = 0; i < 500; ++i) {
     thetas.push_back(run.ask()->theta);
-    run.tell(i, i == 3 ? 3 : i == 9 ? 1 : .001, RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(i == 3 ? 3 : i == 9 ? 1 : .001));
   }
   EXPECT_TRUE(run.mean().isApprox(.75 * thetas[3] + .25 * thetas[9], 1e-14));
 }
@@ -284,7 +284,7 @@ TEST(ExplorationLearnTest, TheMinimumNoiseDecaysWithTheResultsOfTheRun) {
   for (int i = 0; i < 20; ++i) {
     run.ask();
     // The first stays the best: from the second update on the mean is its theta, the spread none.
-    run.tell(i, i == 0 ? 1 : .5, RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(i == 0 ? 1 : .5));
     if (i == 0) continue;
     const double decay = i + 1 <= 5 ? 1 : 5. / (i + 1);
     EXPECT_TRUE(run.noise().isApprox((.1 * decay * variance).asDiagonal().toDenseMatrix(), 1e-14))
@@ -300,7 +300,7 @@ TEST(ExplorationLearnTest, TheDecayGoesOnAcrossASwitch) {
   std::vector<int> layers;
   for (int i = 0; i < 4; ++i) {
     layers_asked(run, layers);
-    run.tell(i, falling(i), RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(falling(i)));
   }
   ASSERT_EQ(layers, (std::vector<int>{1, 1, 2, 2}));
   // The second update of layer 2: no spread, and four results of the run.

@@ -40,7 +40,7 @@ class DemonstrationSettingsTest : public ::testing::Test {
   StartPolicy start(const json& table, json* resolved_out = nullptr) const {
     json resolved;
     SettingsReader reader(table, "policy", resolved);
-    StartPolicy policy = read_start_policy(reader, reader_of_files());
+    StartPolicy policy = read_start_policy(reader, {.read_file = reader_of_files()});
     reader.finish();
     if (resolved_out) *resolved_out = resolved;
     return policy;
@@ -95,7 +95,7 @@ TEST_F(DemonstrationSettingsTest, AStartByKmeansIsTheFitFromItsClusters) {
   json resolved;
   const json files = demonstration();
   const Demonstration data =
-      read_demonstration(SettingsReader(files, "d", resolved), reader_of_files());
+      read_demonstration(SettingsReader(files, "d", resolved), {.read_file = reader_of_files()});
   const Gmm clusters = kmeans(data.data, 1, 3, 5, data.regularisation);
   EXPECT_EQ(test::distance(tree_of(policy).finest(), clusters), 0);
   table["fit"]["iterations"] = 50;

@@ -33,7 +33,7 @@ class FakeWorker {
   protocol::WorkerStatus status(protocol::LearnerId learner) const {
     protocol::WorkerStatus status;
     status.worker_id = id_;
-    status.host = "host";
+    status.host = host;
     status.pid = static_cast<std::int32_t>(id_);
     status.numeric_class = numeric_class;
     status.num_evaluators = 1;
@@ -53,7 +53,7 @@ class FakeWorker {
       if (piece->name.kind != protocol::DefinitionKind::kTask) return replies;
       replies.emplace_back(protocol::DefinitionReport{id_, piece->learner_id, piece->name.id,
                                                       refusal.empty(),
-                                                      refusal.empty() ? kDescription : refusal});
+                                                      refusal.empty() ? description : refusal});
     } else if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
       const bool is_first = last_batch_ == 0;
       last_batch_ = std::max(last_batch_, batch->sequence);
@@ -94,9 +94,8 @@ class FakeWorker {
     held_.pop_front();
     busy_until_ = now + duration_;
     ++num_evaluated;
-    unacknowledged_.push_back({request.key, request.attempt, request.content,
-                               bump(request.theta) * reward_factor, result_status,
-                               duration_.count()});
+    unacknowledged_.push_back(
+        {request.key, request.attempt, request.content, outcome(request), duration_.count()});
     protocol::RewardBatch batch;
     batch.worker_id = id_;
     batch.learner_id = learner;
@@ -109,15 +108,26 @@ class FakeWorker {
     return batch;
   }
 
-  std::string refusal;  ///< of every task, if not empty
+  std::string description = kDescription;  ///< of every task
+  std::string refusal;                     ///< of every task, if not empty
+  std::string host = "host";
   std::string numeric_class = "class";
   double reward_factor = 1;
   RolloutStatus result_status = RolloutStatus::kOk;
+  std::string reason;
+  int discards_one_in = 0;  ///< of so many trials, by their seed; 0: none
   bool draining = false;
   int num_requests = 0;
   int num_evaluated = 0;
 
  private:
+  Outcome outcome(const protocol::RolloutRequest& request) const {
+    const auto seed = static_cast<std::uint64_t>(request.task_seed);
+    if (discards_one_in > 0 && seed % static_cast<std::uint64_t>(discards_one_in) == 0) {
+      return Outcome::discarded("void");
+    }
+    return {bump(request.theta) * reward_factor, result_status, reason};
+  }
   std::int64_t last_index() const {
     return first_index_ + static_cast<std::int64_t>(unacknowledged_.size()) - 1;
   }

@@ -43,7 +43,7 @@ TEST(LearnerLimitsTest, AWorkerTooManyIsRefusedSaidOnceAndServedWhenOneHasLeft) 
   cluster.run(seconds(100));  // the others have fallen silent
   EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
   EXPECT_EQ(lines_with(cluster, "is refused"), 1);
-  EXPECT_EQ(late.num_evaluated, 11);
+  EXPECT_EQ(late.num_evaluated, 12);
 }
 
 /// What malloc has given out in this process.
@@ -52,11 +52,12 @@ std::size_t bytes_in_use() { return mallinfo2().uordblks + mallinfo2().hblkhd; }
 TEST(LearnerLimitsTest, SendersThatMakeUpWorkersClassesAndReasonsDoNotMakeItGrow) {
   if (bytes_in_use() == 0) GTEST_SKIP() << "this allocator does not count: a sanitizer's";
   Cluster cluster(small_study(20, 1));
-  const FakeWorker& sound = cluster.add_worker(1);
+  cluster.add_worker(1);
   cluster.start();
   cluster.run(milliseconds(35));
   const RunRecord run = cluster.core->run_records()[0];
   ASSERT_GE(run.rollouts.size(), 2U);
+  const std::int64_t num_applied = cluster.core->counters().applied;
   cluster.remove_worker(0);
 
   RandomStream random(1, 0, 0, RandomPurpose::kPerturbation);
@@ -72,7 +73,7 @@ TEST(LearnerLimitsTest, SendersThatMakeUpWorkersClassesAndReasonsDoNotMakeItGrow
     batch.learner_id = Cluster::kLearner;
     batch.worker_id = static_cast<protocol::WorkerId>(random.next_bits() >> 1U);
     batch.first_index = 1;
-    batch.results = {{{0, 0}, 0, 0, .1, RolloutStatus::kOk, 1}};
+    batch.results = {{{0, 0}, 0, 0, Outcome::ok(.1), 1}};
     cluster.hear(batch);
     batch.worker_id = made_up.status(0).worker_id;
     cluster.hear(batch);
@@ -82,7 +83,7 @@ TEST(LearnerLimitsTest, SendersThatMakeUpWorkersClassesAndReasonsDoNotMakeItGrow
     if (i == num_senders * 2 / 3) warm_bytes = bytes_in_use();
   }
   EXPECT_LE(bytes_in_use(), warm_bytes + (1U << 20U));
-  EXPECT_EQ(cluster.core->counters().applied, static_cast<std::int64_t>(sound.num_evaluated));
+  EXPECT_EQ(cluster.core->counters().applied, num_applied);
 }
 
 TEST(LearnerLimitsTest, WhoHasWorkedIsStillInTheSummaryAfterAFloodOfMadeUpWorkers) {
@@ -118,7 +119,7 @@ TEST(LearnerLimitsTest, AClassTooManyComparesWithNothing) {
     batch.learner_id = Cluster::kLearner;
     batch.worker_id = id;
     batch.first_index = 1;
-    batch.results = {{{0, 0}, 0, 0, .1, RolloutStatus::kOk, 1}};
+    batch.results = {{{0, 0}, 0, 0, Outcome::ok(.1), 1}};
     cluster.give(batch);
   };
   for (int id = 10; id < 10 + static_cast<int>(kNumericClassesMax); ++id) {
@@ -130,6 +131,24 @@ TEST(LearnerLimitsTest, AClassTooManyComparesWithNothing) {
   duplicate(3001, "one more");
   duplicate(3002, "and another");
   EXPECT_EQ(cluster.core->counters().conflicting, 1);
+}
+
+TEST(LearnerLimitsTest, AWorkerThatDescribesTheTaskOtherwiseIsRefusedWithBothValues) {
+  Cluster cluster(small_study(10, 1));
+  cluster.start();
+  FakeWorker other(3, {});
+  cluster.give(other.status(Cluster::kLearner));
+  const ContentHash task = content_hash(small_study(1, 1).conditions[0].task_content);
+  std::string description = kDescription;
+  cluster.give(protocol::DefinitionReport{3, Cluster::kLearner, task, true, description});
+  EXPECT_TRUE(cluster.log.empty() || cluster.log.back().text.find("refuses") == std::string::npos);
+  description.replace(description.find("10.0"), 4, "20.0");
+  cluster.give(protocol::DefinitionReport{3, Cluster::kLearner, task, true, description});
+  ASSERT_FALSE(cluster.log.empty());
+  EXPECT_NE(cluster.log.back().text.find(
+                "task.described.time_limit_s = 20.0: was 10.0 when the study began"),
+            std::string::npos)
+      << cluster.log.back().text;
 }
 
 TEST(LearnerLimitsTest, AWorkerThatRefusesEverythingIsAskedForNothingUntilThatIsForgotten) {

@@ -106,7 +106,7 @@ TEST(ReportTest, FailuresAndSwitchesAreShownAndNoPathOfTheMachineIs) {
   const StudyResults study = two_studies()[0];
   const Document document{.title = "r", .sections = {study_section(study, {})}};
   const std::string text = to_markdown(document);
-  EXPECT_THAT(text, HasSubstr("| tree | 3 | 0.510 | \\[0.485, 0.535] | 0.510 |"));
+  EXPECT_THAT(text, HasSubstr("| tree | 3 | - | 0.510 | \\[0.485, 0.535] | 0.510 |"));
   EXPECT_THAT(text, HasSubstr("| 18 | 1 | 3 |"));  // roll-outs, failed, runs without an end
   EXPECT_THAT(text, HasSubstr("| tree | 3 of 3 | 3.5 | 4 | 4.5 | 3 |"));
   EXPECT_THAT(text, Not(HasSubstr("somewhere")));

@@ -36,7 +36,7 @@ class ReportFiguresTest : public testing::Test {
     std::ofstream(program) << "#!/bin/sh\ncat > /dev/null\nif [ $1 = --describe-task ]; then\n"
                               "echo '{\"description\": {\"input_dim\": 1, \"output_dim\": 1, "
                               "\"reward_min\": 0, \"reward_max\": 1, \"time_limit_s\": 1, "
-                              "\"deterministic\": false}}'\nelse\necho '"
+                              "\"deterministic\": false}, \"settings\": {}}'\nelse\necho '"
                            << evaluation << "'\nfi\n";
     fs::permissions(program, fs::perms::owner_all);
     return program;
@@ -60,7 +60,7 @@ class ReportFiguresTest : public testing::Test {
 };
 
 constexpr const char* kTraced =
-    R"({"evaluation": {"reward": 0.5, "status": "ok"}, "complaint": "",
+    R"({"evaluation": {"reward": 0.5, "status": "ok"},
     "trace": {"columns": ["time_s", "x_m", "goal_x_m"], "numbers": [0, 1, 2, 1, 3, 4],
     "policy_inputs": ["time_s"], "policy_outputs": ["x_m"],
     "poses": [[[0, 0, 1, 1]], [[0, 0, null, 1]]]}})";
@@ -234,8 +234,7 @@ TEST_F(ReportFiguresTest, AWorkerThatAnswersAmissCostsItsPicturesNotTheReport) {
 
 TEST_F(ReportFiguresTest, AWorkerOfAnEarlierVersionNamesNoVariablesAndHasNoPoses) {
   learn_into(folder_ / "study", tree_study(""));
-  const std::string text =
-      report("out", worker(R"({"evaluation": {"reward": 0.5, "status": "ok"}, "complaint": "",
+  const std::string text = report("out", worker(R"({"evaluation": {"reward": 0.5, "status": "ok"},
       "trace": {"columns": ["time_s"], "numbers": [0]}})"));
   EXPECT_THAT(text, Not(HasSubstr("motion.svg")));
   EXPECT_THAT(content("out/figures/mine/policies.gp"), HasSubstr("set xlabel 'input'"));
@@ -244,7 +243,7 @@ TEST_F(ReportFiguresTest, AWorkerOfAnEarlierVersionNamesNoVariablesAndHasNoPoses
 TEST_F(ReportFiguresTest, AWorkerThatSaysNonsenseMakesNoRollouts) {
   learn_into(folder_ / "study", tree_study(""));
   const LoadedStudy loaded = load_study(folder_ / "study/study.toml", {});
-  const std::string begin = R"({"evaluation": {"reward": 0.5, "status": "ok"}, "complaint": "",
+  const std::string begin = R"({"evaluation": {"reward": 0.5, "status": "ok"},
       "trace": {"columns": ["time_s"], "numbers": [0, 1])";
   for (const std::string& said : std::vector<std::string>{
            "", "[]", begin, R"({"error": {"key": "policy", "value": "", "rule": "no"}})",

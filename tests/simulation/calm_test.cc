@@ -23,7 +23,7 @@ TEST(CalmTest, IssuesNothingAgainWhereNothingIsLost) {
     const Observer& seen = simulation.observer();
     EXPECT_FALSE(seen.broken()) << seen.violation();
     EXPECT_EQ(seen.num_reissued, 0);
-    EXPECT_EQ(seen.num_simulations, num_rollouts(scenario) + num_runs(scenario));
+    EXPECT_EQ(seen.num_simulations, num_rollouts(scenario) + 2 * num_runs(scenario));
     if (::testing::Test::HasFailure()) {
       FAIL() << "repeat: " << repeat_command(seed, "CalmTest.IssuesNothingAgainWhereNothingIsLost");
     }
@@ -65,7 +65,7 @@ TEST(CalmTest, AtThirtyPercentLossHardlyARolloutIsSimulatedTwice) {
     simulation.run();
     const Observer& seen = simulation.observer();
     EXPECT_FALSE(seen.broken()) << seen.violation() << ", seed " << seed;
-    num_wanted += num_rollouts(scenario) + num_runs(scenario);
+    num_wanted += num_rollouts(scenario) + 2 * num_runs(scenario);
     num_simulations += seen.num_simulations;
     num_reissued += seen.num_reissued;
   }

@@ -22,6 +22,7 @@ enum Purpose : std::uint32_t {
   kDyingDice = 8,
   kSizeDice = 9,
   kLastingDice = 10,
+  kWorthDice = 11
 };
 
 /// A tree of two or three layers, most of them left as soon as they may be.
@@ -227,6 +228,12 @@ Scenario scenario_of(std::uint64_t seed) {
   Dice time(seed, kTimeDice);
   if (time.chance(.25)) {
     for (Study& study : scenario.studies) study.stop_after = time.between(Duration{1}, length);
+  }
+  Dice worth(seed, kWorthDice);
+  if (worth.chance(.25)) scenario.task.discarding = worth.between(.02, .3);
+  for (Study& study : scenario.studies) {
+    study.discards_max = worth.between(0, 4);
+    if (worth.chance(.25)) study.final_evaluations = worth.between(2, 4);
   }
   Dice dying(seed, kDyingDice);
   if (dying.chance(.2)) {

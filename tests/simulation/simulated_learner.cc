@@ -52,7 +52,7 @@ void SimulatedLearner::start() {
   observer_.require(damage.empty(), "its own journal cannot be read: " + damage);
   observer_.require(core_.outcome() != learner::LearnerCore::Outcome::kFailed,
                     "its own journal is refused: " + core_.failure());
-  disk_.append(JournalStart{kAlgorithmVersion, ContentHash{}, id_});
+  disk_.append(JournalStart{.learner_id = id_});
   disk_.sync();
   check_counters();
   step(learner::RecoveryFinished{});
@@ -63,9 +63,12 @@ void SimulatedLearner::recover(const JournalRecord& record) {
   if (core_.outcome() == learner::LearnerCore::Outcome::kFailed) return;
   learner::Effects unsent;
   if (const auto* result = std::get_if<AcceptedResult>(&record)) {
-    note_answered(result->key);
-    synced_.insert(result->key);
+    note_answered(*result);
+    accepted_.emplace(result->key, result->content);
+    synced_.emplace(result->key, result->content);
     core_.step(schedule_.now(), learner::ResultRecovered{*result}, unsent);
+  } else if (const auto* worker = std::get_if<KnownWorker>(&record)) {
+    core_.step(schedule_.now(), learner::WorkerRecovered{*worker}, unsent);
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
     learnt_before_ = time->elapsed;
     note_time(*time);
@@ -117,6 +120,7 @@ void SimulatedLearner::do_all(const learner::Effects& effects) {
   for (const learner::Effect& effect : effects) {
     if (std::holds_alternative<learner::SendMessage>(effect)) count += 1;
     const bool is_record = std::holds_alternative<learner::AppendResult>(effect) ||
+                           std::holds_alternative<learner::AppendWorker>(effect) ||
                            std::holds_alternative<learner::AppendTime>(effect);
     if (is_record) count += 2;
   }
@@ -155,20 +159,23 @@ void SimulatedLearner::append(const AcceptedResult& result) {
   if (expected != expected_.end()) {
     observer_.require(expected->second.content == result.content,
                       "the answer to another question is accepted");
-    observer_.require(expected->second.reward == result.outcome.reward(),
-                      "a wrong reward is accepted");
-    observer_.require(task_.status(result.key) == result.outcome.status(),
-                      "a wrong status is accepted");
+    const Outcome& outcome = expected->second.outcome;
+    observer_.require(outcome.reward() == result.outcome.reward(), "a wrong reward is accepted");
+    observer_.require(outcome.status() == result.outcome.status(), "a wrong status is accepted");
   }
-  const bool is_first =
-      !answered_.contains(result.key) &&
-      std::find(unwritten_.begin(), unwritten_.end(), result.key) == unwritten_.end();
-  observer_.require(is_first, "a roll-out is accepted twice");
+  observer_.require(accepted_.emplace(result.key, result.content).second,
+                    "a roll-out is accepted twice");
+  if (result.outcome.is_discarded()) expected_.erase(result.key);
   disk_.append(result);
-  unwritten_.push_back(result.key);
+  unwritten_.push_back(result);
   observer_.require(lag() <= scenario_.unsynced_results_max,
                     "more is accepted than may wait for the disk");
   if (lag() == scenario_.unsynced_results_max) observer_.count("the disk's lag at its limit");
+}
+
+void SimulatedLearner::append(const KnownWorker& worker) {
+  crash_if_due();
+  disk_.append(worker);
 }
 
 void SimulatedLearner::append(const LearningTime& time) {
@@ -182,8 +189,10 @@ void SimulatedLearner::append(const LearningTime& time) {
 void SimulatedLearner::flush() {
   crash_if_due();
   disk_.flush();
-  for (const protocol::RolloutKey key : unwritten_) note_answered(key);
-  unsynced_.insert(unsynced_.end(), unwritten_.begin(), unwritten_.end());
+  for (const AcceptedResult& result : unwritten_) {
+    note_answered(result);
+    unsynced_.emplace_back(result.key, result.content);
+  }
   unwritten_.clear();
   if (unwritten_time_) note_time(*std::exchange(unwritten_time_, std::nullopt));
   if (std::exchange(sync_is_due_, true)) return;
@@ -206,14 +215,17 @@ void SimulatedLearner::send(const protocol::Message& message) {
   surroundings_.send(std::make_shared<const protocol::Message>(message));
 }
 
-void SimulatedLearner::note_answered(protocol::RolloutKey key) {
-  answered_.insert(key);
+void SimulatedLearner::note_answered(const AcceptedResult& result) {
+  const protocol::RolloutKey key = result.key;
   open_.erase(key);
+  if (result.outcome.is_discarded() && ++num_discards_[key] <= study_.discards_max) return;
+  if (result.outcome.is_discarded()) observer_.count("roll-outs given up");
+  answered_.emplace(key, result.outcome);
   if (key.number < 0) return;
   int& applied = num_applied_[static_cast<std::size_t>(key.run)];
   const auto apply = [&](int number) {
     ++applied;
-    num_failed_ += task_.status({key.run, number}) == RolloutStatus::kOk ? 0 : 1;
+    num_failed_ += answered_.at({key.run, number}).is_ok() ? 0 : 1;
   };
   if (!study_.in_sequence) return apply(key.number);
   while (answered_.contains({key.run, applied})) apply(applied);
@@ -226,14 +238,26 @@ void SimulatedLearner::note_time(const LearningTime& time) {
   ends_ = num_applied_;
 }
 
+/// One of its applied roll-outs was discarded too often.
+bool SimulatedLearner::is_given_up(int run) const {
+  return std::any_of(answered_.begin(), answered_.end(), [&](const auto& answer) {
+    const auto& [key, outcome] = answer;
+    const bool is_applied =
+        !study_.in_sequence || key.number < num_applied_[static_cast<std::size_t>(run)];
+    return key.run == run && key.number >= 0 && is_applied && outcome.is_discarded();
+  });
+}
+
 /// What is asked for belongs to a run that may still draw, or is the evaluation of one that has
 /// ended.
 void SimulatedLearner::check_ends(protocol::RolloutKey key) {
   const auto run = static_cast<std::size_t>(key.run);
   const explore::ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
-  if (key.number == learner::Run::kEvaluation) {
-    observer_.require(ends_ || num_applied_[run] == exploration.num_rollouts,
-                      "a run is evaluated that has not ended");
+  if (key.number == learner::Run::kStart) return;
+  if (key.number < 0) {
+    observer_.require(
+        ends_ || is_given_up(key.run) || num_applied_[run] == exploration.num_rollouts,
+        "a run is evaluated that has not ended");
   } else if (ends_) {
     observer_.require(key.number < (*ends_)[run] + exploration.in_flight,
                       "a roll-out is drawn although the time is up");
@@ -269,10 +293,15 @@ void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
     observer_.require(key.number < applied + exploration.in_flight,
                       "more roll-outs are in flight than the journal permits");
     check_ends(key);
-    const auto [place, is_new] =
-        expected_.emplace(key, Expected{request.content, task_.reward(key, theta_of(request))});
+    const auto [place, is_new] = expected_.emplace(
+        key, Expected{request.content, task_.outcome(key, request.task_seed, theta_of(request))});
     observer_.require(is_new || place->second.content == request.content,
                       "a roll-out is asked again with another question");
+    const auto num_discards = num_discards_.find(key);
+    const int trial = num_discards == num_discards_.end() ? 0 : num_discards->second;
+    observer_.require(request.task_seed == learner::task_seed(study_, key.run % study_.repetitions,
+                                                              key.number, trial),
+                      "a trial has not the seed of its number");
     open_.insert(key);
   }
   for (const protocol::Acknowledgement& acknowledgement : batch.acknowledgements) {

@@ -187,8 +187,9 @@ void SimulatedWorker::note_answers(const protocol::RewardBatch& batch) {
   auto& answers = observer_.answers[{settings_.worker_id, batch.learner_id}];
   for (std::size_t i = 0; i < batch.results.size(); ++i) {
     const std::int64_t index = batch.first_index + static_cast<std::int64_t>(i);
-    const auto [place, is_new] = answers.emplace(index, batch.results[i].key);
-    observer_.require(is_new || place->second == batch.results[i].key,
+    const Observer::Question question(batch.results[i].key, batch.results[i].content);
+    const auto [place, is_new] = answers.emplace(index, question);
+    observer_.require(is_new || place->second == question,
                       "a worker gives one index to two answers");
   }
   observer_.require(batch.free_slots >= 0, "a worker holds more than it has room for");
@@ -279,18 +280,15 @@ void SimulatedWorker::perform(const worker::RunRollout& effect) {
     return;
   }
   evaluator.cpu_time_max = duration;
-  const RolloutStatus status = task_.status(request.key);
-  if (status == RolloutStatus::kDiverged) observer_.count("roll-outs diverged");
-  from_evaluator(index, duration,
-                 [index, job = effect.job, duration, status,
-                  reward = task_.reward(request.key, request.theta)](Evaluator& self) {
-                   self.job = 0;
-                   self.num_killed = 0;
-                   return worker::RolloutEvaluated{.evaluator = index,
-                                                   .job = job,
-                                                   .outcome = {reward, status},
-                                                   .duration_ns = duration.count()};
-                 });
+  const Outcome outcome = task_.outcome(request.key, request.task_seed, request.theta);
+  if (outcome.status() == RolloutStatus::kDiverged) observer_.count("roll-outs diverged");
+  if (outcome.is_discarded()) observer_.count("trials discarded");
+  from_evaluator(index, duration, [index, job = effect.job, duration, outcome](Evaluator& self) {
+    self.job = 0;
+    self.num_killed = 0;
+    return worker::RolloutEvaluated{
+        .evaluator = index, .job = job, .outcome = outcome, .duration_ns = duration.count()};
+  });
 }
 
 void SimulatedWorker::perform(const worker::AskCpuTime& effect) {

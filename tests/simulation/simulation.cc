@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "learner/results/run_counts.h"
 #include "tests/simulation/broken_check.h"
 #include "tests/simulation/reference.h"
 
@@ -21,7 +22,8 @@ constexpr int kActionsMax = 5'000'000;
 /// What a journal says of the ends of its runs, counted apart from the core.
 struct Ends {
   std::set<protocol::RolloutKey> keys;  ///< of all results
-  std::size_t num_results = 0;
+  std::size_t num_results = 0;          ///< but for trials that were made again
+  std::map<protocol::RolloutKey, int> num_discards;
   bool time_was_up = false;
   std::vector<int> num_applied;  ///< by run, when the time was up; empty if it was not
 };
@@ -31,6 +33,8 @@ Ends ends_of(const Study& study, const std::vector<JournalRecord>& journal) {
   std::vector<int> num_applied(static_cast<std::size_t>(study.num_runs()));
   for (const JournalRecord& record : journal) {
     if (const auto* result = std::get_if<AcceptedResult>(&record)) {
+      const bool is_discarded = result->outcome.is_discarded();
+      if (is_discarded && ++ends.num_discards[result->key] <= study.discards_max) continue;
       ++ends.num_results;
       ends.keys.insert(result->key);
       const int run = result->key.run;
@@ -250,11 +254,14 @@ Duration Simulation::patience() const {
   for (const Study& study : scenario_.studies) {
     for (int run = 0; run < study.num_runs(); ++run) {
       const int num_rollouts = condition_of(study, run).exploration.num_rollouts;
-      for (int number = -1; number < num_rollouts; ++number) {
-        sum += task.fate({run, number}) == Fate::kHangs
-                   ? hanging
-                   : 4 * scenario_.task.duration_max + 2 * scenario_.network.delay_max +
-                         std::chrono::milliseconds(20) + held;
+      const int first = learner::Run::final_number(study.final_evaluations);
+      for (int number = first; number < num_rollouts; ++number) {
+        const int num_trials = scenario_.task.discarding > 0 ? study.discards_max + 1 : 1;
+        sum +=
+            task.fate({run, number}) == Fate::kHangs
+                ? hanging
+                : num_trials * (4 * scenario_.task.duration_max + 2 * scenario_.network.delay_max +
+                                std::chrono::milliseconds(20) + held);
       }
     }
   }
@@ -270,7 +277,7 @@ void Simulation::check_outcome(int index) {
   if (!journal) return;
   const Ends ends = ends_of(study, *journal);
   if (ends.time_was_up) observer_.count("studies ended by their time");
-  std::size_t expected = records.size();
+  std::size_t expected = records.size() * (1 + static_cast<std::size_t>(study.final_evaluations));
   for (const RunRecord& run : records) expected += run.rollouts.size();
   observer_.require(ends.keys.size() == expected, "the journal has not each answer once");
   observer_.require(ends.num_results == expected, "the journal has an answer twice");
@@ -281,12 +288,18 @@ void Simulation::check_outcome(int index) {
             ? std::min(exploration.num_rollouts,
                        ends.num_applied[static_cast<std::size_t>(run.run)] + exploration.in_flight)
             : exploration.num_rollouts;
-    observer_.require(run.rollouts.size() == static_cast<std::size_t>(num_drawn),
+    const bool is_given_up = num_with(run, RolloutStatus::kDiscarded) > 0;
+    observer_.require(is_given_up ? run.rollouts.size() <= static_cast<std::size_t>(num_drawn)
+                                  : run.rollouts.size() == static_cast<std::size_t>(num_drawn),
                       "a run has not exactly its roll-outs");
     observer_.require(std::none_of(run.rollouts.begin(), run.rollouts.end(),
                                    [](const auto& rollout) { return rollout.layer == 0; }),
                       "a roll-out has no result");
-    observer_.require(run.final_reward.has_value(), "a run has no final evaluation");
+    observer_.require(run.start.has_value(), "a start policy is not evaluated");
+    observer_.require(run.finals.size() == static_cast<std::size_t>(study.final_evaluations) &&
+                          run.final_reward == mean_reward(run.finals),
+                      "a run has no final evaluation");
+    if (is_given_up) continue;
     if (!ends.time_was_up)
       observer_.require(exploration.convergence_slope < kAnySlope ||
                             static_cast<int>(run.switches.size()) == exploration.last_layer - 1,

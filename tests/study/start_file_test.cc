@@ -58,10 +58,10 @@ TEST(StartFileTest, TheResolvedStudyHoldsThePolicyItself) {
   write(study.folder() / "learnt.json", learnt_policy(load_study(small.path(), {})));
   const LoadedStudy loaded = load_study(study.path(), {});
   fs::remove(study.folder() / "learnt.json");
-  const StudyText resolved(loaded.resolved_toml);
+  const StudyText resolved(loaded.resolved.to_toml(""));
   const LoadedStudy again = load_study(resolved.path(), {});
   EXPECT_EQ(start_of(again), start_of(loaded));
-  EXPECT_EQ(again.resolved_toml, loaded.resolved_toml);
+  EXPECT_EQ(again.resolved.to_toml(""), loaded.resolved.to_toml(""));
 }
 
 TEST(StartFileTest, ErrorsNameTheLineAndTheFile) {

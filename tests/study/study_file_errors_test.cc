@@ -34,8 +34,9 @@ struct BadStudy {
 
 const BadStudy kBadStudies[] = {
     {with("name = \"small\"", "name = \"small\"\nrolouts = 5"),
-     "FILE:3: study.rolouts = 5: unknown key; known here: in_flight, name, order, repetitions, "
-     "rollouts, seed, stop_after_s (condition tree)"},
+     "FILE:3: study.rolouts = 5: unknown key; known here: discards_max, final_evaluations, "
+     "in_flight, name, numeric_class, order, repetitions, rollouts, seed, stop_after_s (condition "
+     "tree)"},
     {with("name = \"small\"", "name = 5"),
      "FILE:2: study.name = 5: must be a string (condition tree)"},
     {with("name = \"small\"", ""), "FILE:1: study.name: is required and missing (condition tree)"},
@@ -65,6 +66,10 @@ const BadStudy kBadStudies[] = {
     {with("rollouts = 30", "rollouts = 90000\nrepetitions = 12\nin_flight = 90000"),
      "FILE:5: study.in_flight = 90000: the roll-outs in flight of all runs must be at most 1000000 "
      "together (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\nfinal_evaluations = 0"),
+     "FILE:4: study.final_evaluations = 0: must be an integer from 1 to 1000 (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\ndiscards_max = -1"),
+     "FILE:4: study.discards_max = -1: must be an integer from 0 to 1000000 (condition tree)"},
     {with("rollouts = 30", "rollouts = 30\nstop_after_s = 0"),
      "FILE:4: study.stop_after_s = 0: must be a finite number of at least 0.001 and at most "
      "100000000 (condition tree)"},
@@ -168,11 +173,20 @@ TEST(StudyFileErrorsTest, APolicyIsMeasuredWithEveryNumberAtItsLongest) {
 }
 
 TEST(StudyFileErrorsTest, AStudyWhoseResolvedFormIsTooLargeIsRefused) {
-  std::string text = with("plant = \"rk4\"", "plant = \"" + std::string(5000, 'x') + "\"");
-  text += "[[axes]]\nkey = \"exploration.first_update\"\nvalues = [10";
-  for (int i = 11; i < 310; ++i) text += ", " + std::to_string(i);
-  EXPECT_THAT(refusal_of_study(text + "]\n"),
-              HasSubstr("FILE: the study is too large: with all settings"));
+  const auto error_of_600 = [](const std::string& plant) {
+    std::string text = with("plant = \"rk4\"", "plant = " + plant);
+    text += "[[axes]]\nkey = \"exploration.first_update\"\nvalues = [10";
+    for (int i = 11; i < 610; ++i) text += ", " + std::to_string(i);
+    return refusal_of_study(text + "]\n");
+  };
+  std::string numbers = "[1";
+  for (int i = 0; i < 1000; ++i) numbers += ", 1";
+  EXPECT_THAT(error_of_600(numbers + "]"),
+              HasSubstr("FILE: the study is too large: with all settings of each condition"));
+  // Long strings cost a parser little, but not nothing.
+  EXPECT_EQ(error_of_600("\"" + std::string(5000, 'x') + "\""), "");
+  EXPECT_THAT(error_of_600("\"" + std::string(60'000, 'x') + "\""),
+              HasSubstr("FILE: the study is too large: with all settings, demonstrations"));
 }
 
 }  // namespace

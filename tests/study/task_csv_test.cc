@@ -29,10 +29,10 @@ TEST(TaskCsvTest, TheNumbersOfAFileBesideTheStudyTakeItsPlace) {
               HasSubstr(R"("goal":{"columns":["t","x"],"rows":[[0.0,0.1],[2.5,-0.001]]})"));
   // The resolved study stands alone.
   fs::remove(study.folder() / "goal.csv");
-  const StudyText resolved(loaded.resolved_toml);
+  const StudyText resolved(loaded.resolved.to_toml("test"));
   const LoadedStudy again = load_study(resolved.path(), {});
   EXPECT_EQ(again.study.conditions[0].task_content, loaded.study.conditions[0].task_content);
-  EXPECT_EQ(again.resolved_toml, loaded.resolved_toml);
+  EXPECT_EQ(again.resolved.to_toml("test"), loaded.resolved.to_toml("test"));
 }
 
 TEST(TaskCsvTest, RefusalsNameTheLineOfTheStudyTheKeyAndTheLineOfTheFile) {

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/check.h"
-#include "common/base/random_stream.h"
 #include "learner/core/run.h"
 #include "learner/study/study_file.h"
 #include "workers/tasks/task.h"
@@ -43,13 +42,11 @@ RunRecord learn_run(const Study& study, int index, Tasks& tasks) {
     CHECK(!draws.empty(), "a run that is not done wants nothing");
     const explore::Draw next = std::move(draws.front());
     draws.pop_front();
-    const auto seed = static_cast<std::uint64_t>(
-        RandomStream(study.seed, static_cast<std::uint32_t>(run.repetition()),
-                     static_cast<std::uint32_t>(next.rollout), RandomPurpose::kTaskSeed)
-            .next_bits());
+    const std::int64_t seed =
+        learner::task_seed(study, run.repetition(), next.rollout, run.num_discards(next.rollout));
     const std::unique_ptr<Controller> controller =
         run.exploration().policy(next.layer).with(next.theta)->controller();
-    const Outcome outcome = task.evaluate(*controller, seed);
+    const Outcome outcome = task.evaluate(*controller, static_cast<std::uint64_t>(seed));
     run.accept(next.rollout, outcome, 0);
   }
   return run.record();

@@ -209,7 +209,7 @@ TEST(BusTest, TheLargestMessageOfALimitedSizeGoesThrough) {
   Listener bus(loop, url, kEveryChannel);
   protocol::RewardBatch batch;
   batch.held.assign(protocol::kHeldPerMessageMax, {1, 2});
-  batch.results.resize(850);
+  batch.results.resize(760);
   bus.bus->publish(batch);
   ASSERT_TRUE(run_until(loop, [&] { return !bus.received.empty(); }))
       << bus.bus->statistics().last_publish_error;

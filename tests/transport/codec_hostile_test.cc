@@ -252,14 +252,14 @@ TEST(CodecHostileTest, BadValuesAreRefusedByName) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   protocol::RewardBatch reward;
   reward.results.assign(2, {});
-  reward.results[1].reward = kNan;
+  reward.results[1].outcome = Outcome::ok(kNan);
   protocol::RewardBatch infinite = reward;
-  infinite.results[1].reward = -kInfinity;
+  infinite.results[1].outcome = Outcome::ok(-kInfinity);
   protocol::RewardBatch status = reward;
   status.results[1] = {};
-  status.results[1].status = static_cast<RolloutStatus>(5);
+  status.results[1].outcome = {0, static_cast<RolloutStatus>(6)};
   protocol::RewardBatch negative_status = status;
-  negative_status.results[1].status = static_cast<RolloutStatus>(-1);
+  negative_status.results[1].outcome = {0, static_cast<RolloutStatus>(-1)};
   protocol::RewardBatch duration = status;
   duration.results[1] = {};
   duration.results[1].duration_ns = -3;
@@ -294,8 +294,8 @@ TEST(CodecHostileTest, BadValuesAreRefusedByName) {
   const std::vector<std::pair<Message, std::string>> table = {
       {reward, "reward_batch.results[1].reward: nan is not a finite number"},
       {infinite, "reward_batch.results[1].reward: -inf is not a finite number"},
-      {status, "reward_batch.results[1].status: 5 is not within 0..4"},
-      {negative_status, "reward_batch.results[1].status: -1 is not within 0..4"},
+      {status, "reward_batch.results[1].status: 6 is not within 0..5"},
+      {negative_status, "reward_batch.results[1].status: -1 is not within 0..5"},
       {duration, "reward_batch.results[1].duration_ns: -3 is not within 0..8640000000000000"},
       {too_long,
        "reward_batch.results[1].duration_ns: 8640000000000001 is not within 0..8640000000000000"},

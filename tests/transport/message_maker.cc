@@ -60,8 +60,7 @@ RolloutResult MessageMaker::result() {
   m.key = key();
   m.attempt = count<std::int32_t>();
   m.content = any<std::int64_t>();
-  m.reward = number();
-  m.status = status();
+  m.outcome = {number(), status(), text()};
   m.duration_ns = up_to<std::int64_t>(kDurationNsMax);
   return m;
 }
@@ -143,6 +142,8 @@ DefinitionRequest MessageMaker::definition_request() {
 LearnerStatus MessageMaker::learner_status() {
   LearnerStatus m;
   m.learner_id = count<std::int64_t>();
+  m.host = text();
+  m.pid = count<std::int32_t>();
   m.study = text();
   m.waiting_for = text();
   m.elapsed_s = number();
@@ -151,10 +152,11 @@ LearnerStatus MessageMaker::learner_status() {
   }
   for (auto* field : {&m.num_rollouts, &m.num_evaluations, &m.num_evaluated, &m.num_issued,
                       &m.num_applied, &m.num_pending, &m.num_late, &m.num_duplicate, &m.num_failed,
-                      &m.num_rejected, &m.num_reissued, &m.num_conflicting}) {
+                      &m.num_discarded, &m.num_rejected, &m.num_reissued, &m.num_conflicting}) {
     *field = count<std::int64_t>();
   }
   m.best_reward = number();
+  m.last_failure = text();
   return m;
 }
 

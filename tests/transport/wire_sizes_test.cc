@@ -59,8 +59,11 @@ TEST(WireSizesTest, ARewardBatchGrowsByItsParts) {
   protocol::RewardBatch batch;
   batch.results.resize(3);
   batch.held.resize(5);
-  EXPECT_EQ(size_of(batch), protocol::kRewardBatchBytes + 3 * protocol::kRolloutResultBytes +
-                                5 * protocol::kRolloutKeyBytes);
+  const std::size_t size = protocol::kRewardBatchBytes + 3 * protocol::rollout_result_bytes(0) +
+                           5 * protocol::kRolloutKeyBytes;
+  EXPECT_EQ(size_of(batch), size);
+  batch.results[1].outcome = Outcome::failed(RolloutStatus::kFailed, "reason");
+  EXPECT_EQ(size_of(batch), size + 6);
 }
 
 TEST(WireSizesTest, DefinitionsGrowByNamesAndByTheirBytes) {

@@ -55,6 +55,25 @@ TEST(DescribeTaskTest, RefusesWhatIsNoTask) {
   }
 }
 
+TEST(DescribeTaskTest, AgreesWithWhatItHasResolvedAndRefusesAllElse) {
+  json content{{"name", "synthetic"}, {"settings", {{"time_limit_s", 3}}}};
+  const json printed = json::parse(run_worker({"--describe-task"}, content.dump()).output);
+  content["settings"] = printed["settings"];
+  content["described"] = printed["description"];
+  EXPECT_EQ(json::parse(run_worker({"--describe-task"}, content.dump()).output), printed);
+  // A study that was begun with a worker of other defaults.
+  content["settings"].erase("duration_us");
+  const Ended other = run_worker({"--describe-task"}, content.dump());
+  EXPECT_EQ(other.status, 2);
+  EXPECT_EQ(json::parse(other.output)["error"]["key"], "task.duration_us");
+  EXPECT_THAT(json::parse(other.output)["error"]["rule"].get<std::string>(),
+              HasSubstr("did not exist when the study began"));
+  content["settings"] = printed["settings"];
+  content["described"]["version"] = "2";
+  EXPECT_EQ(json::parse(run_worker({"--describe-task"}, content.dump()).output)["error"]["key"],
+            "task.described.version");
+}
+
 TEST(DescribeTaskTest, RefusesBottomlessNesting) {
   const std::string deep = R"({"name": "synthetic", "settings": )" + std::string(100'000, '[');
   const Ended outcome = run_worker({"--describe-task"}, deep);

@@ -102,15 +102,16 @@ class EvaluatorTest : public testing::Test {
 
 TEST_F(EvaluatorTest, FloatingPointModesOfOneRolloutDoNotReachTheNext) {
   define();
-  EXPECT_EQ(evaluate({0, 12, 0}).reward, 1);
+  EXPECT_EQ(evaluate({0, 12, 0}).outcome.reward(), 1);
   for (const double sets_modes : {13., 14.}) {
     evaluate({0, sets_modes, 0});
     EXPECT_EQ(std::fegetround(), FE_TONEAREST);
-    EXPECT_EQ(evaluate({0, 12, 0}).reward, 1) << "after the task that answers " << sets_modes;
+    EXPECT_EQ(evaluate({0, 12, 0}).outcome.reward(), 1)
+        << "after the task that answers " << sets_modes;
   }
   ASSERT_TRUE(define_task(R"({"name":"mirror","settings":{"round_down":true}})").accepted);
   EXPECT_EQ(std::fegetround(), FE_TONEAREST);
-  EXPECT_EQ(evaluate({0, 12, 0}).reward, 1);
+  EXPECT_EQ(evaluate({0, 12, 0}).outcome.reward(), 1);
 }
 
 TEST_F(EvaluatorTest, ADescriptionThatContradictsItselfIsRefusedWithItsNumbers) {
@@ -147,27 +148,27 @@ TEST_F(EvaluatorTest, DescribesWhatItCanBuildAndSaysWhyItCannot) {
 
 TEST_F(EvaluatorTest, GivesRewardsAndSeeds) {
   define();
-  EXPECT_EQ(evaluate({0, .5, 0}).reward, .5);
-  EXPECT_EQ(evaluate({0, 10, 0}, 3).reward, .3);
+  EXPECT_EQ(evaluate({0, .5, 0}).outcome.reward(), .5);
+  EXPECT_EQ(evaluate({0, 10, 0}, 3).outcome.reward(), .3);
   EXPECT_GT(evaluate({0, .5, 0}).duration_ns, 0);
 }
 
 TEST_F(EvaluatorTest, TurnsWhatGoesWrongIntoAStatusWithRewardZero) {
   define();
   for (const double bad : {7., 8., 9., 1.5, -.5}) {
-    EXPECT_EQ(evaluate({0, bad, 0}).status, RolloutStatus::kFailed) << bad;
-    EXPECT_EQ(evaluate({0, bad, 0}).reward, 0) << bad;
+    EXPECT_EQ(evaluate({0, bad, 0}).outcome.status(), RolloutStatus::kFailed) << bad;
+    EXPECT_EQ(evaluate({0, bad, 0}).outcome.reward(), 0) << bad;
   }
-  EXPECT_EQ(evaluate({0, 11, 0}).status, RolloutStatus::kDiverged);
-  EXPECT_EQ(evaluate({0, 11, 0}).reward, 0);
-  EXPECT_EQ(evaluate({.5, 0}).status, RolloutStatus::kFailed) << "theta of another size";
-  EXPECT_EQ(evaluate({0, .5, 0}).status, RolloutStatus::kOk) << "and goes on";
+  EXPECT_EQ(evaluate({0, 11, 0}).outcome.status(), RolloutStatus::kDiverged);
+  EXPECT_EQ(evaluate({0, 11, 0}).outcome.reward(), 0);
+  EXPECT_EQ(evaluate({.5, 0}).outcome.status(), RolloutStatus::kFailed) << "theta of another size";
+  EXPECT_EQ(evaluate({0, .5, 0}).outcome.status(), RolloutStatus::kOk) << "and goes on";
 }
 
 TEST_F(EvaluatorTest, ForgetsADefinitionWithoutContent) {
   define();
   EXPECT_FALSE(evaluator_.define({{protocol::DefinitionKind::kTask, content_hash("t")}, ""}));
-  EXPECT_EQ(evaluate({0, .5, 0}).status, RolloutStatus::kFailed);
+  EXPECT_EQ(evaluate({0, .5, 0}).outcome.status(), RolloutStatus::kFailed);
 }
 
 }  // namespace

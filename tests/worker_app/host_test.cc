@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/program/host_name.h"
 #include "workers/app/host_facts.h"
 #include "workers/app/processor_share.h"
 

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include "common/protocol/wire_sizes.h"
 #include "tests/worker_core/stage.h"
 
 namespace treeroll::worker {
@@ -8,6 +9,16 @@ namespace {
 using protocol::RewardBatch;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
+
+/// What a batch takes on the wire.
+std::size_t transport_bytes(const RewardBatch& batch) {
+  std::size_t bytes = protocol::kFrameBytesMax + protocol::kRewardBatchBytes +
+                      protocol::kRolloutKeyBytes * batch.held.size();
+  for (const protocol::RolloutResult& result : batch.results) {
+    bytes += protocol::rollout_result_bytes(result.outcome.reason().size());
+  }
+  return bytes;
+}
 
 TEST(WorkerAnswersTest, EvaluatesARolloutAndAnswersOnce) {
   Stage stage;
@@ -26,7 +37,7 @@ TEST(WorkerAnswersTest, EvaluatesARolloutAndAnswersOnce) {
   EXPECT_THAT(batches[0].held, IsEmpty());
   ASSERT_THAT(batches[0].results, SizeIs(1));
   const protocol::RolloutResult expected{
-      .key = {0, 7}, .attempt = 2, .content = 99, .reward = .25, .duration_ns = 1000};
+      .key = {0, 7}, .attempt = 2, .content = 99, .outcome = Outcome::ok(.25), .duration_ns = 1000};
   EXPECT_EQ(batches[0].results[0], expected);
 }
 
@@ -76,7 +87,7 @@ TEST(WorkerAnswersTest, AnswersARepeatedRequestFromItsStore) {
   const RewardBatch batch = stage.sent<RewardBatch>()[0];
   EXPECT_EQ(batch.first_index, 2);
   EXPECT_EQ(batch.results.at(0).attempt, 3);
-  EXPECT_EQ(batch.results.at(0).reward, .75);
+  EXPECT_EQ(batch.results.at(0).outcome.reward(), .75);
   EXPECT_EQ(stage.status().num_repeated, 1);
 }
 
@@ -153,7 +164,7 @@ TEST(WorkerAnswersTest, KeepsToItsByteBudgetAndMovesOnAsAnswersAreAcknowledged) 
   }
   const auto before = stage.sent<RewardBatch>();
   const auto num_window = static_cast<std::int64_t>(before.back().results.size());
-  EXPECT_LE(num_window * 37, 1400);
+  EXPECT_LE(num_window * 42, 1400);
   EXPECT_GE(num_window, 16);
   EXPECT_THAT(before, SizeIs(static_cast<std::size_t>(num_window)))
       << "what does not fit is not a reason to repeat the rest";
@@ -161,6 +172,39 @@ TEST(WorkerAnswersTest, KeepsToItsByteBudgetAndMovesOnAsAnswersAreAcknowledged) 
   stage.acknowledge(num_window);
   ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(1));
   EXPECT_EQ(stage.sent<RewardBatch>()[0].first_index, num_window + 1);
+}
+
+TEST(WorkerAnswersTest, AnswersWithLongReasonsKeepToTheByteBudgetToo) {
+  Stage stage(1, [](WorkerSettings& s) { s.batch_bytes_max = protocol::kBatchBytesRemoteMax; });
+  stage.define();
+  const Outcome failed =
+      Outcome::failed(RolloutStatus::kFailed, std::string(kOutcomeReasonBytesMax, 'x'));
+  for (int i = 0; i < 20; ++i) {
+    stage.ask({stage.request(i)});
+    stage.give(RolloutEvaluated{0, stage.job(0), failed, 1});
+    stage.step(InboxDrained{});
+  }
+  const RewardBatch last = stage.sent<RewardBatch>().back();
+  EXPECT_EQ(last.results.front().outcome, failed);
+  EXPECT_GE(last.results.size(), 3U);
+  EXPECT_LE(transport_bytes(last), protocol::kBatchBytesRemoteMax);
+  EXPECT_EQ(stage.status().num_failed, 20);
+}
+
+TEST(WorkerAnswersTest, ADiscardedTrialIsAnAnswerAndItsRepetitionIsSimulated) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(7, 0, 99)});
+  stage.give(RolloutEvaluated{0, stage.job(0), Outcome::discarded("caught"), 1});
+  stage.step(InboxDrained{});
+  EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().outcome, Outcome::discarded("caught"));
+  EXPECT_EQ(stage.status().num_failed, 0);
+  // The next trial has another seed, and so another content: the store must not answer it.
+  stage.clear();
+  stage.ask({stage.request(7, 0, 100)});
+  EXPECT_THAT(stage.effects<RunRollout>(), SizeIs(1));
+  stage.finish(0, .5);
+  EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().outcome, Outcome::ok(.5));
 }
 
 TEST(WorkerAnswersTest, AnswersThatFindNoRoomMakeNoHasteWhileNoWordComes) {

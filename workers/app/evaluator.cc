@@ -1,6 +1,5 @@
 #include "workers/app/evaluator.h"
 
-#include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <unistd.h>
 
@@ -23,18 +22,6 @@ namespace {
 
 using nlohmann::json;
 
-/// Of complaints about a task that throws or leaves its range, so many are written to the log.
-constexpr int kComplaintsMax = 10;
-
-/// Text of our own or of a user's task, as a message may carry it: bounded, and UTF-8.
-std::string bounded(const std::string& text) {
-  std::string cut = text.substr(0, text.find('\0'));
-  cut.resize(std::min(cut.size(), protocol::kStringBytesMax));
-  const std::string quoted = json(cut).dump(-1, ' ', false, json::error_handler_t::replace);
-  // What stands for a bad byte is longer than that.
-  return cut_text(json::parse(quoted).get<std::string>(), protocol::kStringBytesMax);
-}
-
 }  // namespace
 
 Evaluator::Evaluator(const TaskRegistry& registry, PolicyRegistry kinds)
@@ -53,7 +40,7 @@ std::optional<protocol::DefinitionReport> Evaluator::define(const DefinitionCont
   } catch (const std::bad_alloc&) {
     throw;  // a want of this host, not of the roll-out: the process ends, and another tries
   } catch (const std::exception& error) {
-    report.text = bounded(error.what());
+    report.text = bounded(error.what(), protocol::kStringBytesMax);
   }
   return report;
 }
@@ -73,45 +60,41 @@ std::string Evaluator::load_policy(const ContentHash& id, const std::string& con
 }
 
 Outcome Evaluator::evaluate(const protocol::RolloutRequest& request) {
-  const auto complain = [this](const std::string& what) -> Outcome {
-    if (num_complaints_++ < kComplaintsMax) spdlog::warn("a roll-out has failed: {}", what);
-    return Outcome::failed(RolloutStatus::kFailed);
+  const auto failed = [](const std::string& reason) {
+    return Outcome::failed(RolloutStatus::kFailed, bounded(reason, kOutcomeReasonBytesMax));
   };
   try {
     const auto found_task = tasks_.find(request.task_id);
     const auto found_policy = policies_.find(request.policy_id);
     if (found_task == tasks_.end() || found_policy == policies_.end()) {
-      return complain("it names a definition this evaluator does not have");
+      return failed("it names a definition this evaluator does not have");
     }
     LoadedTask& loaded = found_task->second;
     const Policy& policy = *found_policy->second;
     const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(
         request.theta.data(), static_cast<Eigen::Index>(request.theta.size()));
-    if (theta.size() != policy.theta_dim()) return complain("theta has another size");
+    if (theta.size() != policy.theta_dim()) return failed("theta has another size");
     const std::unique_ptr<Controller> controller = policy.with(theta)->controller();
-    const CheckedEvaluation done =
-        evaluate_checked(*loaded.task, loaded.description, *controller,
-                         static_cast<std::uint64_t>(request.task_seed), nullptr);
-    return done.complaint.empty() ? done.outcome : complain(done.complaint);
+    return evaluate_checked(*loaded.task, loaded.description, *controller,
+                            static_cast<std::uint64_t>(request.task_seed), nullptr);
   } catch (const std::bad_alloc&) {
     throw;  // a want of this host, not of the roll-out: the process ends, and another tries
   } catch (const std::exception& error) {
-    return complain(error.what());
+    return failed(error.what());
   }
 }
 
 protocol::RewardBatch Evaluator::answer(const protocol::RolloutBatch& batch) {
   const protocol::RolloutRequest& request = batch.rollouts.at(0);
   const auto start = std::chrono::steady_clock::now();
-  const Outcome outcome = evaluate(request);
+  Outcome outcome = evaluate(request);
   const std::chrono::nanoseconds duration = std::chrono::steady_clock::now() - start;
   protocol::RewardBatch answer;
   answer.last_batch = batch.sequence;
   answer.results.push_back({.key = request.key,
                             .attempt = request.attempt,
                             .content = request.content,
-                            .reward = outcome.reward(),
-                            .status = outcome.status(),
+                            .outcome = std::move(outcome),
                             .duration_ns = duration.count()});
   return answer;
 }

@@ -39,7 +39,6 @@ class Evaluator {
   PolicyRegistry kinds_;
   std::map<ContentHash, LoadedTask> tasks_;
   std::map<ContentHash, PolicyPtr> policies_;
-  int num_complaints_ = 0;
 };
 
 /// Body of an evaluator process: handles the packets on `socket` until the daemon is gone.

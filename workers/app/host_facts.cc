@@ -8,18 +8,6 @@
 
 namespace treeroll::worker {
 
-std::string host_name() {
-  utsname names{};
-  CHECK(uname(&names) == 0, "uname");
-  return readable(names.nodename);
-}
-
-std::string readable(std::string_view name) {
-  std::string text;
-  for (const char c : name) text += c > ' ' && c <= '~' ? c : '?';
-  return text;
-}
-
 std::string numeric_class() {
   utsname names{};
   CHECK(uname(&names) == 0, "uname");

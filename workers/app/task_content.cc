@@ -7,6 +7,7 @@
 
 #include "common/base/config_error.h"
 #include "common/base/json_text.h"
+#include "common/base/task_agreement.h"
 #include "workers/app/floating_point.h"
 #include "workers/app/json_answer.h"
 #include "workers/app/json_request.h"
@@ -35,13 +36,17 @@ void check(const TaskDescription& description, const std::string& name) {
   require(description.time_limit_s > 0 && description.time_limit_s <= kTaskTimeLimitSMax,
           fmt::format("a time limit of {} s: must be above 0 and at most {:.0f} s",
                       description.time_limit_s, kTaskTimeLimitSMax));
+  require(description.version.size() <= kTaskVersionBytesMax,
+          fmt::format("a version of {} bytes: must have at most {}", description.version.size(),
+                      kTaskVersionBytesMax));
 }
 
 json parse(const std::string& content) {
   Result<json> parsed = parse_json(content, kRequestNestingMax);
   if (!parsed) throw ConfigError("task", shown(content), parsed.error().message);
   json value = std::move(*parsed);
-  if (!value.is_object() || value.size() != 2 || !value.contains("name") ||
+  const std::size_t num_described = value.is_object() ? value.count("described") : 0;
+  if (!value.is_object() || value.size() != 2 + num_described || !value.contains("name") ||
       !value.contains("settings")) {
     throw ConfigError("task", shown(content),
                       R"(must be a JSON object {"name": ..., "settings": {...}})");
@@ -64,7 +69,9 @@ std::unique_ptr<Task> make_task(const TaskRegistry& registry, const std::string&
   const StandardFloatingPoint standard;
   try {
     std::unique_ptr<Task> task = registry.make(name, value["settings"], resolved);
-    check(task->description(), name);
+    const TaskDescription description = task->description();
+    check(description, name);
+    check_agreement(value, resolved, description);
     return task;
   } catch (const ConfigError&) {
     throw;

@@ -207,8 +207,7 @@ void WorkerDaemon::understand(int evaluator, const protocol::Message& message) {
   } else if (const auto* answer = std::get_if<protocol::RewardBatch>(&message)) {
     if (answer->results.size() != 1) return;
     const protocol::RolloutResult& result = answer->results[0];
-    post(RolloutEvaluated{
-        evaluator, answer->last_batch, {result.reward, result.status}, result.duration_ns});
+    post(RolloutEvaluated{evaluator, answer->last_batch, result.outcome, result.duration_ns});
   }
 }
 

@@ -7,6 +7,7 @@
 #include <charconv>
 
 #include "common/base/config_error.h"
+#include "common/program/host_name.h"
 #include "common/program/process_start.h"
 #include "common/program/program.h"
 #include "common/protocol/limits.h"
@@ -61,7 +62,7 @@ int serve(const Options& options) {
     spdlog::error("{}", daemon.error().message);
     return kExitBadInput;
   }
-  spdlog::info("worker {:x} with {} evaluators on {}", settings.worker_id, settings.num_evaluators,
+  spdlog::info("worker {} with {} evaluators on {}", settings.worker_id, settings.num_evaluators,
                url);
   const int status = (*daemon)->run();
   spdlog::info("ends with status {}", status);

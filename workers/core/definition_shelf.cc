@@ -57,10 +57,10 @@ std::optional<std::string> DefinitionShelf::assemble(const Turn& turn,
   PieceTable::Added added = pieces_.add(piece, [&held] { return held.waited_for(); });
   if (!added.refusal.empty()) {
     ++num_rejected_;
-    turn.warn("definitions refused",
-              fmt::format("{} {} of learner {:x}: {}",
-                          kWords.at(static_cast<std::size_t>(piece.name.kind)),
-                          to_hex(piece.name.id), piece.learner_id, added.refusal));
+    turn.warn(
+        "definitions refused",
+        fmt::format("{} {} of learner {}: {}", kWords.at(static_cast<std::size_t>(piece.name.kind)),
+                    to_hex(piece.name.id), piece.learner_id, added.refusal));
   }
   return std::move(added.whole);
 }

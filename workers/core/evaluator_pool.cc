@@ -126,9 +126,12 @@ EvaluatorPool::End EvaluatorPool::on(const Turn&, const RolloutEvaluated& event,
     // An evaluator runs a user's code: nothing but a finite reward of a success may pass.
     const Outcome& said = event.outcome;
     const bool valid = std::isfinite(said.reward()) && said.reward() >= 0;
-    end = WorkAnswered{.name = evaluator.work->name,
-                       .outcome = valid ? said : Outcome::failed(RolloutStatus::kFailed),
-                       .duration_ns = std::max<std::int64_t>(event.duration_ns, 0)};
+    end =
+        WorkAnswered{.name = evaluator.work->name,
+                     .outcome = valid ? said
+                                      : Outcome::failed(RolloutStatus::kFailed,
+                                                        "its reward is no finite number from 0 on"),
+                     .duration_ns = std::max<std::int64_t>(event.duration_ns, 0)};
   }
   release(evaluator);
   return end;
@@ -209,10 +212,16 @@ WorkEnd EvaluatorPool::interrupted(const Turn& turn, const Evaluator& evaluator,
                     name.key.run, mishaps.num_strikes, settings_.num_strikes_max));
   }
   if (mishaps.num_strikes >= settings_.num_strikes_max) {
-    return WorkAnswered{.name = name,
-                        .outcome = Outcome::failed(evaluator.timed_out ? RolloutStatus::kTimedOut
-                                                                       : RolloutStatus::kCrashed),
-                        .duration_ns = (turn.now - evaluator.since).count()};
+    const std::string reason =
+        evaluator.timed_out
+            ? fmt::format("took more than the task's {:g} s, {} times",
+                          to_seconds(evaluator.time_limit), mishaps.num_strikes)
+            : fmt::format("ended {} evaluators by a fatal signal", mishaps.num_strikes);
+    return WorkAnswered{
+        .name = name,
+        .outcome = Outcome::failed(
+            evaluator.timed_out ? RolloutStatus::kTimedOut : RolloutStatus::kCrashed, reason),
+        .duration_ns = (turn.now - evaluator.since).count()};
   }
   if (!draining_ && mishaps.num_accidents >= settings_.num_accidents_max) {
     turn.warn("roll-outs given up",

@@ -101,9 +101,7 @@ void WorkerCore::on(const Turn& turn, const InboxDrained&) {
   definitions_.send_reports(turn);
   for (auto& [id, learner] : learners_) {
     if (learner.looks_for_missing()) ask_for_definitions(turn, id, learner);
-    const std::int64_t window_end =
-        std::min(answers_.last_index(id),
-                 answers_.first_index(id) - 1 + static_cast<std::int64_t>(num_results_max(id)));
+    const std::int64_t window_end = answers_.last_in_batch(id, result_bytes_max(id));
     if (learner.answers_due(window_end)) send_answers(turn, id, learner);
     learner.hurry_if_full(turn.now, answers_.last_index(id));
   }
@@ -130,7 +128,7 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
   }
   for (const protocol::LearnerId id : silent) {
     turn.inform("learners forgotten",
-                fmt::format("learner {:x} has been silent for {:.0f} s and is forgotten", id,
+                fmt::format("learner {} has been silent for {:.0f} s and is forgotten", id,
                             to_seconds(settings_.learner_silence_max)));
     forget(turn, id);
   }
@@ -201,7 +199,7 @@ LearnerLink* WorkerCore::meet(const Turn& turn, protocol::LearnerId id) {
     }
     forget(turn, victim->first);
   }
-  turn.inform("learners served", fmt::format("serves learner {:x}", id));
+  turn.inform("learners served", fmt::format("serves learner {}", id));
   return &learners_.try_emplace(id, settings_, answers_.last_index(id)).first->second;
 }
 
@@ -223,7 +221,7 @@ void WorkerCore::give_up_work_of(const Turn& turn, protocol::LearnerId id) {
   const auto names = queue_.of_learner(id);
   if (names.empty()) return;
   turn.warn("roll-outs dropped",
-            fmt::format("learner {:x} has been silent for {:.0f} s: gives its {} roll-outs up", id,
+            fmt::format("learner {} has been silent for {:.0f} s: gives its {} roll-outs up", id,
                         to_seconds(settings_.learner_gone), names.size()));
   for (const RolloutName& name : names) {
     queue_.remove(name);
@@ -361,20 +359,20 @@ void WorkerCore::conclude(const Turn& turn, const WorkEnd& end) {
     queue_.set_state(put_back->name, RolloutState::kReady);
   } else if (const auto* answer = std::get_if<WorkAnswered>(&end)) {
     ++num_evaluated_;
-    num_failed_ += answer->outcome.is_ok() ? 0 : 1;
     const RolloutName& name = answer->name;
-    const RolloutStatus status = answer->outcome.status();
-    if (status == RolloutStatus::kCrashed || status == RolloutStatus::kTimedOut) {
+    const Outcome& outcome = answer->outcome;
+    if (!outcome.is_ok()) {
+      num_failed_ += outcome.is_discarded() ? 0 : 1;
       turn.warn("roll-outs answered as failed",
-                fmt::format("answers roll-out {} of run {} as {}", name.key.number, name.key.run,
-                            treeroll::name(status)));
+                fmt::format("answers roll-out {} of run {} as {}{}{}", name.key.number,
+                            name.key.run, treeroll::name(outcome.status()),
+                            outcome.reason().empty() ? "" : ": ", outcome.reason()));
     }
     const protocol::RolloutRequest& request = queue_.find(name)->request;
     answers_.add(name.learner, {.key = request.key,
                                 .attempt = request.attempt,
                                 .content = request.content,
-                                .reward = answer->outcome.reward(),
-                                .status = status,
+                                .outcome = outcome,
                                 .duration_ns = answer->duration_ns});
     queue_.remove(name);
   }

@@ -72,7 +72,7 @@ class WorkerCore {
   // worker_core_sending.cc: what goes out.
   void send_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void send_status(const Turn& turn);
-  std::size_t num_results_max(protocol::LearnerId id) const;
+  std::size_t result_bytes_max(protocol::LearnerId id) const;
   std::size_t num_held_max() const;
   int free_slots() const;
 

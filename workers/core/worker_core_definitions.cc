@@ -107,7 +107,7 @@ void WorkerCore::take_theta(const Turn& turn, const protocol::DefinitionPiece& p
   if (!theta) {
     ++num_rejected_;
     turn.warn("definitions refused",
-              fmt::format("a theta of learner {:x} is not 1 to {} finite numbers", piece.learner_id,
+              fmt::format("a theta of learner {} is not 1 to {} finite numbers", piece.learner_id,
                           protocol::kThetaDimMax));
   }
   for (const RolloutName& name : names) {

@@ -13,24 +13,23 @@ namespace {
 
 /// However much is held, a batch has room for so many results: a long queue on a network of small
 /// frames would stop them. What is held and finds no room is named by the next batch.
-constexpr std::size_t kResultsPerBatchMin = 16;
+constexpr std::size_t kResultBytesMin = 16 * protocol::rollout_result_bytes(0);
 
 }  // namespace
 
 /// How many roll-outs held a batch of answers has room for beside the least number of results.
 std::size_t WorkerCore::num_held_max() const {
-  const std::size_t fixed = protocol::kFrameBytesMax + protocol::kRewardBatchBytes +
-                            kResultsPerBatchMin * protocol::kRolloutResultBytes;
+  const std::size_t fixed =
+      protocol::kFrameBytesMax + protocol::kRewardBatchBytes + kResultBytesMin;
   return (settings_.batch_bytes_max - fixed) / protocol::kRolloutKeyBytes;
 }
 
-/// How many results go along in an answer to this learner.
-std::size_t WorkerCore::num_results_max(protocol::LearnerId id) const {
+/// What the results take that go along in an answer to this learner.
+std::size_t WorkerCore::result_bytes_max(protocol::LearnerId id) const {
   const std::size_t num_held = std::min(queue_.of_learner(id).size(), num_held_max());
   const std::size_t fixed = protocol::kFrameBytesMax + protocol::kRewardBatchBytes +
                             protocol::kRolloutKeyBytes * num_held;
-  return std::min((settings_.batch_bytes_max - fixed) / protocol::kRolloutResultBytes,
-                  std::size_t{protocol::kResultsPerBatchMax});
+  return settings_.batch_bytes_max - fixed;
 }
 
 void WorkerCore::send_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner) {
@@ -41,7 +40,7 @@ void WorkerCore::send_answers(const Turn& turn, protocol::LearnerId id, LearnerL
                               .free_slots = free_slots(),
                               .first_index = answers_.first_index(id),
                               .last_index = answers_.last_index(id),
-                              .results = answers_.unacknowledged(id, num_results_max(id)),
+                              .results = answers_.unacknowledged(id, result_bytes_max(id)),
                               .held = std::move(held.keys),
                               .held_first = held.first,
                               .held_last = held.last};

@@ -115,7 +115,7 @@ Outcome HoldTask::roll_out(Controller& controller, std::uint64_t seed, Trace* tr
               }
               return true;
             });
-        if (!end) return Outcome::failed(RolloutStatus::kDiverged);
+        if (!end) return Outcome::failed(RolloutStatus::kDiverged, end.error().message);
         return Outcome::ok(elementary::exp(-alpha_ * cost.mean()));
       });
 }

@@ -98,7 +98,7 @@ Outcome SwingUpTask::roll_out(Controller& controller, std::uint64_t seed, Trace*
               }
               return true;
             });
-        if (!end) return Outcome::failed(RolloutStatus::kDiverged);
+        if (!end) return Outcome::failed(RolloutStatus::kDiverged, end.error().message);
         return Outcome::ok(elementary::exp(-alpha_ * cost_min));
       });
 }

@@ -80,7 +80,7 @@ TEST(HillClimberTest, ClimbsAQuadraticThroughASwitchOfLayers) {
   double reward_left = 0;
   while (const std::optional<Draw> draw = run.ask()) {
     if (run.layer() == 1) reward_left = reward(run.mean());
-    run.tell(draw->rollout, reward(draw->theta), RolloutStatus::kOk);
+    run.tell(draw->rollout, Outcome::ok(reward(draw->theta)));
   }
   ASSERT_EQ(run.switches().size(), 1U);
   EXPECT_EQ(run.mean().size(), 8);
@@ -95,7 +95,7 @@ TEST(HillClimberTest, TheNextLayerGoesOnFromItsMeanWithTheInitialNoise) {
   Exploration run = run_over_means(settings, two_layer_tree());
   for (int i = 0; run.layer() == 1; ++i) {
     const Draw draw = *run.ask();
-    run.tell(i, reward(draw.theta), RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(reward(draw.theta)));
   }
   EXPECT_EQ(run.noise(), Eigen::Vector2d(.01, .04).replicate(4, 1).asDiagonal().toDenseMatrix());
   EXPECT_EQ(run.mean(), run.policy(2).theta());

@@ -91,9 +91,9 @@ TEST(PolynomialPolicyTest, AStudyNamesItAndItsResolvedFormDoesToo) {
   EXPECT_EQ(condition.start->kind(), "polynomial");
   EXPECT_EQ(condition.exploration.last_layer, 2);
   check_task(loaded, 0, {.input_dim = 1, .output_dim = 1});
-  const StudyText resolved(loaded.resolved_toml);
-  EXPECT_EQ(load_study(resolved.path(), {}, with_polynomials()).resolved_toml,
-            loaded.resolved_toml);
+  const StudyText resolved(loaded.resolved.to_toml(""));
+  EXPECT_EQ(load_study(resolved.path(), {}, with_polynomials()).resolved.to_toml(""),
+            loaded.resolved.to_toml(""));
 
   const auto error_with = [](const PolicyRegistry& policies, const char* override) {
     return error_of(StudyText(kStudy),
@@ -129,10 +129,10 @@ double learn(const Study& study, double& first_reward, std::size_t& num_switches
     batch.rollouts[0].policy_id = policy_id;
     batch.rollouts[0].theta.assign(draw.theta.begin(), draw.theta.end());
     const auto answer = evaluator.answer(batch);
-    const protocol::RolloutResult& result = answer.results.at(0);
-    EXPECT_EQ(result.status, RolloutStatus::kOk);
-    if (draw.rollout == 0) first_reward = result.reward;
-    run.tell(draw.rollout, result.reward, result.status);
+    const Outcome& outcome = answer.results.at(0).outcome;
+    EXPECT_TRUE(outcome.is_ok());
+    if (draw.rollout == 0) first_reward = outcome.reward();
+    run.tell(draw.rollout, outcome);
   }
   num_switches = run.switches().size();
   return run.best().reward;

@@ -6,7 +6,7 @@ plant("deduplication off" learner/core/workforce_answers.cc
   [[if (!open) return compare_with_taken(]]
   [[if (!open && PLANTED && client_.answer_of(key)) {
     turn.effects.emplace_back(AppendResult{
-        {key, result.content, {result.reward, result.status}, worker.id}});
+        {key, result.content, result.outcome, worker.id}});
   }
   if (!open) return compare_with_taken(]])
 plant("deduplication off" learner/core/workforce_answers.cc
@@ -172,6 +172,33 @@ void LearnerCore::on(const Turn& turn, const RecoveryFinished&)]])
 plant("time before a resume not counted" learner/core/learner_core_time.cc
   [[learnt_before_ = learnt_.elapsed;]]
   [[learnt_before_ = PLANTED ? Duration{} : learnt_.elapsed;]])
+
+plant("a void trial taken for a result" learner/core/run.cc
+  [[if (outcome.is_discarded()) {]]
+  [[if (!PLANTED && outcome.is_discarded()) {]])
+
+plant("a void trial repeated with its seed" learner/core/learner_core.cc
+  [[draw.rollout, trial);]]
+  [[draw.rollout, PLANTED ? 0 : trial);]])
+
+plant("a trial made again costs budget" learner/core/ledger.cc
+  [[key.number >= 0 && is_first_trial]]
+  [[key.number >= 0 && (PLANTED || is_first_trial)]])
+
+plant("a void trial forgotten at resume" learner/core/learner_core.cc
+  [[  const AcceptedResult& result = event.result;
+  const Ledger::Entry* open]]
+  [[  const AcceptedResult& result = event.result;
+  if (PLANTED && result.outcome.is_discarded()) return;
+  const Ledger::Entry* open]])
+
+plant("what a void trial was asked is forgotten" learner/core/workforce_answers.cc
+  [[++(is_repeated ?]]
+  [[++(is_repeated && !PLANTED ?]])
+
+plant("the start policy tried again where the run is" learner/core/run.cc
+  [[draws.push_back(number == kStart]]
+  [[draws.push_back(!PLANTED && number == kStart]])
 
 plant("failed roll-outs counted twice" learner/core/run.cc
   [[++num_failed_;]]
