@@ -1,10 +1,12 @@
 #include "learner/core/requests_sent.h"
 
+#include "common/protocol/limits.h"
+
 namespace treeroll::learner {
 
 void RequestsSent::note(std::int64_t batch, protocol::RolloutKey key) {
   batches_[batch].push_back(key);
-  if (batches_.size() > kBatchesMax) batches_.erase(batches_.begin());
+  if (batches_.size() > protocol::kBatchesUnconfirmedMax) batches_.erase(batches_.begin());
 }
 
 RequestsSent::Report RequestsSent::take(std::int64_t last_batch, std::int64_t received) {

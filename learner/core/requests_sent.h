@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <vector>
@@ -14,6 +13,7 @@ namespace treeroll::learner {
 /// that was lost is known as soon as an answer gets through.
 class RequestsSent {
  public:
+  /// Past kBatchesUnconfirmedMax batches the oldest goes: no word has a bit for it.
   void note(std::int64_t batch, protocol::RolloutKey key);
 
   struct Request {
@@ -28,9 +28,6 @@ class RequestsSent {
   /// request is reported once.
   /// @param received  bit i is set if the batch last_batch - i has come
   Report take(std::int64_t last_batch, std::int64_t received);
-
-  /// The oldest go: of what is older no word has a bit.
-  static constexpr std::size_t kBatchesMax = 64;
 
  private:
   std::map<std::int64_t, std::vector<protocol::RolloutKey>> batches_;

@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "common/base/check.h"
+#include "common/protocol/limits.h"
 
 namespace treeroll::learner {
 
@@ -22,7 +23,8 @@ void ResultsRead::note(std::int64_t first, std::int64_t last) {
     place = stretches_.erase(place);
   }
   stretches_.emplace(first, last);
-  if (stretches_.size() > kStretchesMax) stretches_.erase(std::prev(stretches_.end()));
+  if (stretches_.size() > protocol::kStretchesReadMax)
+    stretches_.erase(std::prev(stretches_.end()));
 }
 
 void ResultsRead::forget_before(std::int64_t oldest) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <map>
 
@@ -10,7 +9,7 @@ namespace treeroll::learner {
 /// those that are missing yet.
 class ResultsRead {
  public:
-  /// These have been read. Past kStretchesMax stretches the newest are not noted, so that their
+  /// These have been read. Past kStretchesReadMax stretches the newest are not noted, so that their
   /// worker repeats them. Precondition: first <= last.
   void note(std::int64_t first, std::int64_t last);
   /// Its worker gives none before this one any more.
@@ -19,8 +18,6 @@ class ResultsRead {
   /// All up to this one have been read, or do not come any more.
   std::int64_t last_without_gap() const { return last_without_gap_; }
   bool contains(std::int64_t index) const;
-
-  static constexpr std::size_t kStretchesMax = 256;
 
  private:
   void close_gaps();

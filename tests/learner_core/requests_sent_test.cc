@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "common/protocol/limits.h"
+
 namespace treeroll::learner {
 namespace {
 
@@ -33,7 +35,7 @@ TEST(RequestsSentTest, SaysNothingOfWhatNoBitIsThereFor) {
 TEST(RequestsSentTest, ForgetsTheOldestOfAWorkerThatSaysNothing) {
   RequestsSent sent;
   for (int batch = 1; batch <= 1000; ++batch) sent.note(batch, {0, batch});
-  EXPECT_EQ(sent.take(1000, 0).lost.size(), RequestsSent::kBatchesMax);
+  EXPECT_EQ(sent.take(1000, 0).lost.size(), protocol::kBatchesUnconfirmedMax);
 }
 
 }  // namespace

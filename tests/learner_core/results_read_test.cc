@@ -5,6 +5,8 @@
 #include <random>
 #include <set>
 
+#include "common/protocol/limits.h"
+
 namespace treeroll::learner {
 namespace {
 
@@ -52,7 +54,7 @@ TEST(ResultsReadTest, IsTheSetOfAllThatWasNoted) {
 
 TEST(ResultsReadTest, KeepsABoundedNumberOfStretchesAndDoesNotNoteTheRest) {
   ResultsRead read;
-  const auto num_stretches = static_cast<std::int64_t>(ResultsRead::kStretchesMax);
+  const auto num_stretches = static_cast<std::int64_t>(protocol::kStretchesReadMax);
   for (std::int64_t i = 1; i <= num_stretches + 10; ++i) read.note(2 * i, 2 * i);
   EXPECT_TRUE(read.contains(2 * num_stretches));
   EXPECT_FALSE(read.contains(2 * num_stretches + 2)) << "its worker repeats it";

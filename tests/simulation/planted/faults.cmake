@@ -10,8 +10,8 @@ plant("deduplication off" learner/core/workforce_answers.cc
   }
   if (!open) return compare_with_taken(]])
 plant("deduplication off" learner/core/workforce_answers.cc
-  [[if (index <= worker->highest_index_seen &&]]
-  [[if (!PLANTED && index <= worker->highest_index_seen &&]])
+  [[if (worker->results_read.contains(index) &&]]
+  [[if (!PLANTED && worker->results_read.contains(index) &&]])
 
 plant("lease never expires" learner/core/dispatch.cc
   [[if (!worker.answer_time_s || rollout_time_s]]
