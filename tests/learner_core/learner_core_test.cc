@@ -400,6 +400,7 @@ TEST(LearnerCoreTest, AcknowledgesARepetitionThoughAnOlderBatchCameBeforeTheDisk
     core.step(TimePoint{}, InboxDrained{}, effects);
   };
   core.step(TimePoint{}, Started{}, effects);
+  core.step(TimePoint{}, RecoveryFinished{}, effects);
   give(worker.status(Cluster::kLearner));
   for (std::size_t place = 0; place < messages_in(effects).size(); ++place) {
     const protocol::Message message = messages_in(effects)[place];
@@ -435,6 +436,7 @@ class AnswersTest : public ::testing::Test {
     settings.known_tasks[study.conditions[0].task_content] = TaskDescription{1, 1, 0, 1, 10, true};
     core_.emplace(study, settings);
     step(Started{});
+    step(RecoveryFinished{});
     hear(worker_.status(Cluster::kLearner));
     for (std::size_t place = 0; place < messages_in(effects_).size(); ++place) {
       const protocol::Message message = messages_in(effects_)[place];
