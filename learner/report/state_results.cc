@@ -37,7 +37,11 @@ StudyResults read_state_results(const fs::path& directory) {
     return results;
   }
   StudyResults results = read_study_results(directory);
-  results.determinism = determinism_of(load_study(study_of(directory), {}).study);
+  try {
+    results.determinism = determinism_of(load_study(study_of(directory), {}).study);
+  } catch (const StudyError&) {
+    // Of a study that another program has written the tables are read all the same.
+  }
   const bool all_ended = std::all_of(results.runs.begin(), results.runs.end(),
                                      [](const RunRecord& run) { return run.final_reward; });
   if (!all_ended && fs::is_regular_file(files.journal)) {
