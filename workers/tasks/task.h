@@ -5,7 +5,9 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "common/base/outcome.h"
 #include "common/base/task_description.h"
@@ -46,6 +48,20 @@ class Task {
   /// @param controller  of a policy with the dimensions of the description
   /// @param seed        for tasks that are not deterministic
   virtual Outcome evaluate(Controller& controller, std::uint64_t seed) = 0;
+  /// One of several evaluations.
+  struct Evaluation {
+    Controller& controller;
+    std::uint64_t seed = 0;
+  };
+  /// evaluate() for each, to the bit: whatever their number, and whoever is beside one. A task that
+  /// simulates several side by side overrides it.
+  virtual std::vector<Outcome> evaluate_all(std::span<const Evaluation> evaluations) {
+    std::vector<Outcome> outcomes;
+    for (const Evaluation& one : evaluations) {
+      outcomes.push_back(evaluate(one.controller, one.seed));
+    }
+    return outcomes;
+  }
   /// The same evaluation, to the bit, that also records what happens on the way
   /// (workers/tasks/trace.h), for treeroll-evaluate --trace. A task that does not override it
   /// records nothing. Learning never calls it.
