@@ -52,18 +52,18 @@ Result<CartPendulumState> Dopri5Plant::simulate(const CartPendulumState& start, 
                            double) -> Result<CartPendulumState> {
     while (stepper.current_time() < t + h) {
       if (++num_steps > settings_.steps_max) {
-        return Error{fmt::format("diverged: more than {} integrator steps needed before {:.6g} s",
+        return Error{fmt::format("more than {} integrator steps needed before {:.6g} s",
                                  settings_.steps_max, t + h)};
       }
       try {
         stepper.do_step(derivative);
       } catch (const odeint::step_adjustment_error&) {
-        return Error{fmt::format("diverged: no step is small enough for the tolerance at {:.6g} s",
+        return Error{fmt::format("no step is small enough for the tolerance at {:.6g} s",
                                  stepper.current_time())};
       }
       // Otherwise a step that is NaN would never reach t + h.
       if (!is_finite(from_array(stepper.current_state()))) {
-        return not_finite("state", stepper.current_time());
+        return not_finite(from_array(stepper.current_state()), stepper.current_time());
       }
     }
     StateArray x{};

@@ -34,11 +34,11 @@ class World {
     if (!error_) error_ = run_ode_guarded([&] { step_unguarded(step_s, cart_acceleration); });
     if (error_) {
       usable_ = false;
-      return Error{"diverged: " + error_->message};
+      return *error_;
     }
     if (!stepped_) return Error{"ODE ran out of memory"};
-    if (!can_unwrap(step_s)) return Error{"diverged: a link turns more than half a turn a step"};
-    if (!in_plane_) return Error{"diverged: a link left the plane of motion"};
+    if (!can_unwrap(step_s)) return Error{"a link turns more than half a turn a step"};
+    if (!in_plane_) return Error{"a link left the plane of motion"};
     return state_;
   }
 
@@ -157,7 +157,7 @@ Result<CartPendulumState> OdePlant::simulate(const CartPendulumState& start, dou
                                              const CartAcceleration& input,
                                              const StateVisitor& visit) {
   // ODE would refuse it by an assertion, and such a world cannot be destroyed.
-  if (!is_finite(start)) return not_finite("state", 0);
+  if (!is_finite(start)) return not_finite(start, 0);
   World world(pendulum_, start);
   return run_output_steps(
       start, duration_s, step_s_, input, visit,

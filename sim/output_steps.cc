@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
+#include <utility>
 
 namespace treeroll::sim {
 namespace {
@@ -34,7 +37,18 @@ std::vector<double> OutputSteps::starts_and_middles_s() const {
 }
 
 Error not_finite(std::string_view what, double time_s) {
-  return Error{fmt::format("diverged: the {} is not finite at {:.6g} s", what, time_s)};
+  return Error{fmt::format("the {} is not finite at {:.6g} s", what, time_s)};
+}
+
+Error not_finite(const CartPendulumState& state, double time_s) {
+  const std::pair<const char*, double> numbers[] = {
+      {"angle of link 1", state.phi1},     {"angle of link 2", state.phi2},
+      {"cart's position", state.y},        {"rate of link 1", state.phi1_rate},
+      {"rate of link 2", state.phi2_rate}, {"cart's velocity", state.y_rate}};
+  const auto* const first = std::ranges::find_if(
+      numbers, [](const auto& number) { return !std::isfinite(number.second); });
+  CHECK(first != std::end(numbers), "all numbers of the state are finite");
+  return not_finite(first->first, time_s);
 }
 
 Result<CartPendulumState> run_output_steps(const CartPendulumState& start, double duration_s,
@@ -44,7 +58,7 @@ Result<CartPendulumState> run_output_steps(const CartPendulumState& start, doubl
   CartPendulumState state = start;
   for (std::int64_t k = 0;; ++k) {
     const double time_s = steps.time_s(k);
-    if (!is_finite(state)) return not_finite("state", time_s);
+    if (!is_finite(state)) return not_finite(state, time_s);
     const double cart_acceleration = input(time_s, state);
     if (!std::isfinite(cart_acceleration)) return not_finite("cart's acceleration", time_s);
     if (!visit(time_s, state, cart_acceleration) || k == steps.size()) return state;

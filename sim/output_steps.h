@@ -9,8 +9,10 @@
 
 namespace treeroll::sim {
 
-/// "diverged: the {what} is not finite at {time_s} s".
+/// "the {what} is not finite at {time_s} s".
 Error not_finite(std::string_view what, double time_s);
+/// The same of the first of its numbers that is not. Precondition: one is not.
+Error not_finite(const CartPendulumState& state, double time_s);
 
 /// The output steps of a duration: times are multiples of the step, not sums, so that they do not
 /// drift; the last step is shortened to end at the duration.

@@ -132,7 +132,7 @@ std::vector<Result<CartPendulumState>> Rk4Plant::simulate_open_loop(
         const CartPendulumState state = states.state(lane);
         const double input = group[lane].accelerations[static_cast<std::size_t>(2 * k)];
         if (!is_finite(state)) {
-          errors[lane] = not_finite("state", time_s);
+          errors[lane] = not_finite(state, time_s);
         } else if (!std::isfinite(input)) {
           errors[lane] = not_finite("cart's acceleration", time_s);
         } else {

@@ -28,7 +28,7 @@ std::string shown(const json& value) {
   return text;
 }
 
-std::string describe(NumberRule rule) {
+std::string rule_text(NumberRule rule) {
   const bool has_min = rule.min != kAnyNumber.min;
   const bool has_max = rule.max != kAnyNumber.max;
   std::string text = "must be a finite number";
@@ -78,7 +78,7 @@ double SettingsReader::number(std::string_view key, NumberRule rule,
   const json* value = find(key);
   if (!value) require(key, fallback.has_value());
   if (value && (!value->is_number() || !obeys(value->get<double>(), rule))) {
-    refuse(key, describe(rule));
+    refuse(key, rule_text(rule));
   }
   const double number = value ? value->get<double>() : *fallback;
   (*resolved_)[std::string(key)] = number;
@@ -143,7 +143,7 @@ std::vector<double> SettingsReader::numbers(std::string_view key, NumberRule rul
     if (!value->is_array()) refuse(key, "must be a list of numbers");
     for (const json& element : *value) {
       if (!element.is_number() || !obeys(element.get<double>(), rule)) {
-        refuse(key, fmt::format("each number of the list {}", describe(rule)));
+        refuse(key, fmt::format("each number of the list {}", rule_text(rule)));
       }
       list.push_back(element.get<double>());
     }
@@ -176,7 +176,7 @@ std::vector<std::vector<double>> SettingsReader::rows(
       if (!is_flat || size_min == 1) rows.emplace_back();
       const auto append = [&](const json& number) {
         if (!number.is_number() || !obeys(number.get<double>(), rule)) {
-          refuse(key, fmt::format("each number of the lists {}", describe(rule)));
+          refuse(key, fmt::format("each number of the lists {}", rule_text(rule)));
         }
         rows.back().push_back(number.get<double>());
       };

@@ -9,9 +9,13 @@
 namespace treeroll {
 
 nlohmann::json to_json(const TaskDescription& description) {
-  return {{"input_dim", description.input_dim},       {"output_dim", description.output_dim},
-          {"reward_min", description.reward_min},     {"reward_max", description.reward_max},
-          {"time_limit_s", description.time_limit_s}, {"deterministic", description.deterministic}};
+  nlohmann::json object{
+      {"input_dim", description.input_dim},       {"output_dim", description.output_dim},
+      {"reward_min", description.reward_min},     {"reward_max", description.reward_max},
+      {"time_limit_s", description.time_limit_s}, {"deterministic", description.deterministic}};
+  if (!description.repeatable) object["repeatable"] = false;
+  if (!description.version.empty()) object["version"] = description.version;
+  return object;
 }
 
 Result<TaskDescription> task_description_from_json(std::string_view text) {
@@ -29,6 +33,11 @@ Result<TaskDescription> task_description_from_json(std::string_view text) {
     description.time_limit_s = reader.number(
         "time_limit_s", NumberRule{.min = 0, .max = kTaskTimeLimitSMax, .min_allowed = false});
     description.deterministic = reader.boolean("deterministic");
+    description.repeatable = reader.boolean("repeatable", true);
+    description.version = reader.string("version", "");
+    if (description.version.size() > kTaskVersionBytesMax) {
+      reader.refuse("version", "must have at most 128 bytes");
+    }
     reader.finish();
     return description;
   } catch (const ConfigError& error) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 #include <string_view>
 
 #include "common/base/result.h"
@@ -9,6 +11,7 @@ namespace treeroll {
 
 inline constexpr int kTaskDimMax = 1024;           ///< inputs or outputs of a task
 inline constexpr double kTaskTimeLimitSMax = 1e6;  ///< what a clock in nanoseconds can count
+inline constexpr std::size_t kTaskVersionBytesMax = 128;
 
 /// What a task says of itself before any roll-out. A task states it, a worker reports it, and the
 /// learner, which knows no task, goes by it.
@@ -22,18 +25,25 @@ struct TaskDescription {
   /// second.
   double time_limit_s = 0;
   bool deterministic = true;  ///< the same policy gives the same reward, whatever the seed
+  /// Starting a roll-out once more while it is under way elsewhere does no harm. False for what
+  /// moves a real robot: idle evaluators are then not given what is late at others.
+  bool repeatable = true;
+  /// Of the task's code, as its author counts: one that changes rewards gets another. Study and
+  /// workers must agree on it. Empty: it states none.
+  std::string version = {};
 
   /// False for what is no number, too.
   bool is_in_range(double reward) const { return reward >= reward_min && reward <= reward_max; }
   bool operator==(const TaskDescription&) const = default;
 };
 
-/// An object with the names of TaskDescription's members: what --describe-task prints and a worker
-/// reports of a task it accepts.
+/// An object with the names of TaskDescription's members, `repeatable` only where it is false and
+/// `version` only if there is one: what --describe-task prints and a worker reports of a task it
+/// accepts.
 nlohmann::json to_json(const TaskDescription& description);
 
-/// Reads such an object from outside: all members present, of their type and within their bounds,
-/// and no others.
+/// Reads such an object from outside: all members present but `repeatable`, true by default, and
+/// `version`, of their type and within their bounds, and no others.
 Result<TaskDescription> task_description_from_json(std::string_view text);
 
 }  // namespace treeroll

@@ -7,9 +7,12 @@
 namespace treeroll {
 
 /// A file that appears under its name complete or not at all: it is written beside it as NAME.tmp,
-/// synced and renamed. Every failing call throws std::runtime_error with the path and the system's
-/// reason ("cannot write runs/rollouts.csv: No space left on device"), and a file that is never
-/// committed leaves nothing behind. One thread.
+/// synced and renamed. A symbolic link stays and the file it leads to is replaced. What is there
+/// and is no regular file, a device or a pipe, is written into as it is, and so is a descriptor of
+/// this process ("/dev/stdout", "/dev/fd/3"): of these nobody can take back a part.
+/// Every failing call throws std::runtime_error with the path and the system's reason ("cannot
+/// write runs/rollouts.csv: No space left on device"), and a file that is never committed leaves
+/// nothing behind. One thread.
 ///
 ///   AtomicFile file(directory / "runs.csv");
 ///   file.append(line);
@@ -26,11 +29,14 @@ class AtomicFile {
   void commit();
 
  private:
+  void open_beside(const std::filesystem::path& file);
   void flush();
+  void replace_file();
   [[noreturn]] void fail(int error) const;
 
-  std::filesystem::path path_;
-  std::filesystem::path temporary_;
+  std::filesystem::path path_;       ///< as given
+  std::filesystem::path file_;       ///< what is replaced; empty: written into as it is
+  std::filesystem::path temporary_;  ///< beside it
   int descriptor_ = -1;
   std::string buffer_;
 };

@@ -70,14 +70,14 @@ PolicyPtr PolicyRegistry::read(std::string_view text) const {
   return found->second.make(PolicyText(value, "$"));
 }
 
-StartPolicy PolicyRegistry::read_start(SettingsReader& policy, const FileReader& read_file) const {
+StartPolicy PolicyRegistry::read_start(SettingsReader& policy, const StartSources& sources) const {
   // Asked for only where it stands: a resolved study names the kinds it named before.
   const std::string kind =
       policy.has("kind") ? policy.string("kind") : std::string(kDefaultPolicyKind);
   const auto found = kinds_.find(kind);
   if (found == kinds_.end()) policy.refuse("kind", "must be one of: " + known());
   CHECK(found->second.start, "no way to start a policy of kind " + kind);
-  return found->second.start(policy, read_file);
+  return found->second.start(policy, sources);
 }
 
 std::string PolicyRegistry::known() const {

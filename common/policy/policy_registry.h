@@ -23,18 +23,28 @@ struct StartPolicy {
   std::vector<double> log_likelihoods = {};
   /// What it was fitted to: d x N, columns are observations; null for one that was given.
   std::shared_ptr<const Eigen::MatrixXd> demonstration = {};
+  /// The demonstration as CSV text, if it came from files; settings name it by its content_hash().
+  std::string demonstration_text = {};
 };
 
 /// Gives the text of a file that settings name. The caller's, for a core reads no disk.
 using FileReader = std::function<std::string(const std::string& file)>;
+
+/// What settings only name, or what was made of them before.
+struct StartSources {
+  FileReader read_file = {};  ///< may be empty: then there are no files
+  /// The CSV text of a demonstration by its content; may be empty: then none is known by it.
+  FileReader find_demonstration = {};
+  /// What an earlier fit by these very settings has given: nothing is fitted again. May be null.
+  const StartPolicy* fitted = nullptr;
+};
 
 /// Makes a policy from Policy::content(). Throws PolicyTextError: the text comes from outside.
 using PolicyMaker = std::function<PolicyPtr(const PolicyText& content)>;
 
 /// Makes the start policy that the [policy] table of a study describes; its key "kind" has been
 /// read. Throws ConfigError. Does not call finish(): the caller does.
-/// @param read_file  may be empty: then there are no files
-using StartReader = std::function<StartPolicy(SettingsReader& policy, const FileReader& read_file)>;
+using StartReader = std::function<StartPolicy(SettingsReader& policy, const StartSources& sources)>;
 
 /// The kinds of policies a program knows, by name.
 ///
@@ -51,7 +61,7 @@ class PolicyRegistry {
   /// The policy of a text that to_json() wrote, to the bit. An Error names the place and the rule.
   Result<PolicyPtr> from_json(std::string_view text) const;
   /// Reads the [policy] table of a study, its key "kind" included. As a StartReader.
-  StartPolicy read_start(SettingsReader& policy, const FileReader& read_file) const;
+  StartPolicy read_start(SettingsReader& policy, const StartSources& sources) const;
 
  private:
   struct Kind {

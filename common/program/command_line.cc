@@ -84,6 +84,8 @@ void CommandLine::require_any(const std::string& what, const std::vector<Option>
   choices_.push_back({what, options});
 }
 
+void CommandLine::end_help_with(const std::string& text) { app_->footer(text); }
+
 CommandLine::Reading CommandLine::read(int argc, char** argv) {
   try {
     app_->parse(argc, argv);

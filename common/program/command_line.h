@@ -56,6 +56,9 @@ class CommandLine {
   /// @param what  their names in words, for the error: "STUDY or --resume DIR"
   void require_any(const std::string& what, const std::vector<Option>& options);
 
+  /// Stands below the options in --help.
+  void end_help_with(const std::string& text);
+
   enum class Reading { kComplete, kAnswered, kWrong };
 
   /// Reads the line into the values. kAnswered: --help or --version has been printed. kWrong: what

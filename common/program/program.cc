@@ -1,29 +1,23 @@
 #include "common/program/program.h"
 
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <exception>
 
 #include "common/base/bad_input.h"
+#include "common/program/build_id.h"
+#include "common/program/log.h"
+#include "common/program/process_start.h"
 
 namespace treeroll {
-namespace {
-
-void log_to_standard_error(const Program& program) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt(program.name));
-  spdlog::set_pattern(program.log_name.empty()
-                          ? "%H:%M:%S.%e %^%l%$ %v"
-                          : "%Y-%m-%d %H:%M:%S.%e " + program.log_name + "[%P] %^%l%$: %v");
-}
-
-}  // namespace
 
 std::string program_version() { return TREEROLL_VERSION; }
 
 int run_main(int argc, char** argv, const Program& program) {
-  log_to_standard_error(program);
-  CommandLine command_line(program.name, program.purpose, program_version());
+  settle_process();
+  log_to_standard_error(program.log_name);
+  CommandLine command_line(program.name, program.purpose,
+                           program_version() + " (" + build_id() + ")");
   program.options(command_line);
   switch (command_line.read(argc, argv)) {
     case CommandLine::Reading::kComplete:

@@ -27,7 +27,7 @@ struct Program {
 /// Of all programs of this build: "0.1.0".
 std::string program_version();
 
-/// Logs to standard error, reads the options and works.
+/// Settles the process (process_start.h), logs to standard error, reads the options and works.
 /// @return  the exit status: that of `work`; 0 after --help and --version; 2 if the command line is
 ///          wrong or `work` throws BadInput; 1 if it throws anything else. Errors are logged.
 int run_main(int argc, char** argv, const Program& program);

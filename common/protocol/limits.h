@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "common/base/outcome.h"
+
 /// Every bound of the service in one place: README.md has, for each, its reason, what happens past
 /// it and the test that shows it.
 namespace treeroll::protocol {
@@ -11,9 +13,10 @@ namespace treeroll::protocol {
 
 /// LCM's short messages: one datagram of at most 65507 bytes with header and channel name.
 inline constexpr std::size_t kMessageBytesMax = 65000;
-/// What a batch is filled to while it holds more than one roll-out, on one host (ttl 0).
+/// What a batch is filled to on one host (ttl 0).
 inline constexpr std::size_t kBatchBytesLocalMax = 60000;
-/// The same across hosts: one Ethernet frame, so that no fragment can be lost alone.
+/// The same across hosts, and there the most of any message with LCM's header: one Ethernet frame,
+/// with room for a tunnel's header. No path loses a part of a message, nor refuses fragments.
 inline constexpr std::size_t kBatchBytesRemoteMax = 1400;
 
 inline constexpr int kRolloutsPerBatchMax = 1024;
@@ -28,10 +31,16 @@ inline constexpr std::int64_t kRunningNumberMax = std::int64_t{1} << 62U;
 inline constexpr std::int64_t kDurationNsMax = std::int64_t{100} * 24 * 3600 * 1'000'000'000;
 inline constexpr int kDefinitionsPerRequestMax = 256;
 inline constexpr int kThetaDimMax = 4096;
-inline constexpr std::size_t kDefinitionBytesMax = 64000;
+/// Of a task's or a policy's text: so many full pieces.
+inline constexpr std::size_t kDefinitionBytesMax = std::size_t{1} << 20U;
+/// What a definition is cut into; all but the last piece have so many bytes.
+inline constexpr std::size_t kPieceBytes = 1024;
+inline constexpr int kPiecesMax = static_cast<int>(kDefinitionBytesMax / kPieceBytes);
 inline constexpr std::size_t kStringBytesMax = 1024;
-/// Why a worker refuses a definition; longer texts are cut.
-inline constexpr std::size_t kReasonBytesMax = 256;
+/// Of hosts, versions, studies, conditions.
+inline constexpr std::size_t kNameBytesMax = 128;
+/// Why a worker refuses a definition, or a roll-out has failed; longer texts are cut.
+inline constexpr std::size_t kReasonBytesMax = kOutcomeReasonBytesMax;
 /// Read from the multicast socket before timers and evaluators get their turn.
 inline constexpr int kDatagramsPerTurnMax = 256;
 
@@ -55,7 +64,10 @@ inline constexpr std::size_t kWorkersMax = 4096;
 inline constexpr int kLeasesPerWorkerMax = kHeldPerMessageMax;
 inline constexpr std::size_t kRefusalsPerWorkerMax = 256;
 inline constexpr std::size_t kNumericClassesMax = 1024;
-/// The journal's lag: results written and not yet on stable storage, 94 bytes each.
+/// Of the name of a numeric class, and of a host's in the journal; longer ones are cut.
+inline constexpr std::size_t kNumericClassBytesMax = 128;
+inline constexpr std::size_t kHostNameBytesMax = 64;
+/// The journal's lag: results written and not yet on stable storage, at most 350 bytes each.
 inline constexpr std::int64_t kUnsyncedResultsMax = 65'536;
 
 // A worker.
@@ -67,6 +79,9 @@ inline constexpr std::size_t kTasksMax = 64;
 inline constexpr std::size_t kPoliciesMax = 1024;
 /// Of tasks, and again of policies.
 inline constexpr std::size_t kDefinitionCacheBytesMax = 32U << 20U;
+/// Of definitions that have come in part: how many, and the bytes there of them.
+inline constexpr std::size_t kPartialDefinitionsMax = 1024;
+inline constexpr std::size_t kPartialBytesMax = 16U << 20U;
 /// Learners whose last result index outlives them.
 inline constexpr std::size_t kForgottenLearnersMax = 4096;
 /// Reports of definitions in answer to the messages of one turn.

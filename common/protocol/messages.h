@@ -3,12 +3,14 @@
 #include <array>
 #include <compare>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "common/base/content_hash.h"
-#include "common/base/rollout_status.h"
+#include "common/base/outcome.h"
 
 /// The messages of the service as values; what each field means on the wire stands in lcmtypes/.
 /// From learner to workers (L>W), from worker to learner (W>L), and for people who watch (L>*).
@@ -18,12 +20,30 @@ namespace treeroll::protocol {
 using WorkerId = std::int64_t;
 using LearnerId = std::int64_t;
 
-/// One roll-out of one run. Roll-outs of the budget are numbered 0 .. N-1; the evaluation of the
-/// mean policy, outside the budget, is number -1.
+/// One roll-out of one run. Roll-outs of the budget are numbered 0 .. N-1. Outside of it are the
+/// evaluations of the start policy, -2, and of the final mean policy, -1, -3, -4, ...
 struct RolloutKey {
   std::int32_t run = 0;
   std::int32_t number = 0;
   auto operator<=>(const RolloutKey&) const = default;
+};
+/// Before and after all others.
+inline constexpr RolloutKey kFirstKey{0, std::numeric_limits<std::int32_t>::min()};
+inline constexpr RolloutKey kLastKey{std::numeric_limits<std::int32_t>::max(),
+                                     std::numeric_limits<std::int32_t>::max()};
+
+/// What travels apart from the roll-outs that refer to it, under the hash of its content.
+enum class DefinitionKind : std::int8_t {
+  kTask,    ///< JSON: {"name": ..., "settings": {...}}
+  kPolicy,  ///< JSON of common/policy/policy.h
+  kTheta,   ///< numbers of a roll-out that is larger than a frame (pieces.h)
+};
+inline constexpr int kNumDefinitionKinds = 3;
+
+struct DefinitionName {
+  DefinitionKind kind = DefinitionKind::kTask;
+  ContentHash id;
+  auto operator<=>(const DefinitionName&) const = default;
 };
 
 struct RolloutRequest {
@@ -35,6 +55,8 @@ struct RolloutRequest {
   ContentHash policy_id;
   std::int64_t task_seed = 0;  ///< for tasks that are not deterministic
   std::vector<double> theta;   ///< perturbed parameters of the policy's layer
+  /// If theta is not here: its name; it comes in pieces.
+  std::optional<ContentHash> theta_id{};
   bool operator==(const RolloutRequest&) const = default;
 };
 
@@ -59,14 +81,13 @@ struct RolloutResult {
   RolloutKey key;
   std::int32_t attempt = 0;
   std::int64_t content = 0;
-  double reward = 0;
-  RolloutStatus status = RolloutStatus::kOk;
+  Outcome outcome;
   std::int64_t duration_ns = 0;  ///< wall time of the evaluation
   bool operator==(const RolloutResult&) const = default;
 };
 
 /// W>L: results first_index .. first_index + n - 1 of this worker for this learner, oldest
-/// unacknowledged first, and what it holds of the learner's roll-outs.
+/// unacknowledged first, and what it holds of the learner's roll-outs from held_first to held_last.
 struct RewardBatch {
   WorkerId worker_id = 0;
   LearnerId learner_id = 0;
@@ -76,15 +97,20 @@ struct RewardBatch {
   std::int64_t last_index = 0;   ///< of its newest result, which may be in a later batch
   std::vector<RolloutResult> results;
   std::vector<RolloutKey> held;  ///< queued or running or waiting for a definition
+  RolloutKey held_first = kFirstKey;
+  RolloutKey held_last = kLastKey;
   bool operator==(const RewardBatch&) const = default;
 };
 
-/// What a worker holds for one learner: part of a heartbeat.
+/// What a worker holds for one learner from `first` to `last`: part of a heartbeat. What finds no
+/// room is in the next message.
 struct HeldRollouts {
   LearnerId learner_id = 0;
   std::int64_t last_batch = 0;
   std::int64_t last_index = 0;  ///< of its newest result for this learner
   std::vector<RolloutKey> keys;
+  RolloutKey first = kFirstKey;
+  RolloutKey last = kLastKey;
   bool operator==(const HeldRollouts&) const = default;
 };
 
@@ -108,28 +134,28 @@ struct WorkerStatus {
   bool operator==(const WorkerStatus&) const = default;
 };
 
-/// L>W: a task (name and settings) under the hash of its content.
-struct TaskDefinition {
+/// L>W: bytes of a task, a policy or a theta, which is more than one message may hold (pieces.h).
+struct DefinitionPiece {
   LearnerId learner_id = 0;
-  ContentHash task_id;
-  std::string content;  ///< JSON: {"name": ..., "settings": {...}}
-  bool operator==(const TaskDefinition&) const = default;
+  DefinitionName name;
+  std::int32_t num_bytes = 0;  ///< of the whole
+  std::int32_t index = 0;
+  std::string bytes;
+  bool operator==(const DefinitionPiece&) const = default;
 };
 
-/// L>W: a policy under the hash of its content.
-struct PolicyDefinition {
-  LearnerId learner_id = 0;
-  ContentHash policy_id;
-  std::string content;  ///< JSON of common/policy/policy.h
-  bool operator==(const PolicyDefinition&) const = default;
+/// Some of a definition's pieces, or all.
+struct WantedDefinition {
+  DefinitionName name;
+  std::vector<std::int32_t> pieces;  ///< empty: all
+  bool operator==(const WantedDefinition&) const = default;
 };
 
-/// W>L: definitions this worker was asked to use and does not know.
+/// W>L: what this worker was asked to use and does not have.
 struct DefinitionRequest {
   WorkerId worker_id = 0;
   LearnerId learner_id = 0;
-  std::vector<ContentHash> task_ids;
-  std::vector<ContentHash> policy_ids;
+  std::vector<WantedDefinition> definitions;
   bool operator==(const DefinitionRequest&) const = default;
 };
 
@@ -147,6 +173,8 @@ struct DefinitionReport {
 /// L>*: the learner as a whole, once a second.
 struct LearnerStatus {
   LearnerId learner_id = 0;
+  std::string host;
+  std::int32_t pid = 0;
   std::string study;
   std::string waiting_for;  ///< empty while roll-outs make progress
   double elapsed_s = 0;
@@ -154,21 +182,26 @@ struct LearnerStatus {
   std::int32_t num_runs_done = 0;
   std::int32_t num_workers = 0;
   std::int32_t num_evaluators = 0;
-  std::int64_t num_rollouts = 0;  ///< budget of the study
-  std::int64_t num_issued = 0;    ///< distinct roll-outs drawn: applied + pending
+  std::int64_t num_rollouts = 0;     ///< budget of the study
+  std::int64_t num_evaluations = 0;  ///< outside the budget, of all runs
+  std::int64_t num_evaluated = 0;    ///< of these, answered
+  std::int64_t num_issued = 0;       ///< distinct roll-outs drawn: applied + pending
   std::int64_t num_applied = 0;
   std::int64_t num_pending = 0;
   std::int64_t num_late = 0;
   std::int64_t num_duplicate = 0;
   std::int64_t num_failed = 0;
+  std::int64_t num_discarded = 0;  ///< trials that were void and were made again
   std::int64_t num_rejected = 0;
   std::int64_t num_reissued = 0;
   std::int64_t num_conflicting = 0;  ///< duplicates with another reward
+  std::string last_failure;          ///< the roll-out and why; empty: none
   double best_reward = 0;
   bool operator==(const LearnerStatus&) const = default;
 };
 
-/// L>*: one run: what a person wants to see in lcm-spy.
+/// L>*: one run: what a person wants to see in lcm-spy. When something has changed (at most once a
+/// second), and again now and then.
 struct RunStatus {
   LearnerId learner_id = 0;
   std::int32_t run = 0;
@@ -188,7 +221,8 @@ struct RunStatus {
   bool operator==(const RunStatus&) const = default;
 };
 
-/// L>*: the best policy of a run so far, each time it has become better (at most once a second).
+/// L>*: the best policy of a run so far, each time it has become better (at most once a second),
+/// and again now and then. It is cut into pieces as a definition is; each has a message.
 struct BestPolicy {
   LearnerId learner_id = 0;
   std::int32_t run = 0;
@@ -196,12 +230,15 @@ struct BestPolicy {
   std::int32_t repetition = 0;
   std::int32_t rollout = 0;
   double reward = 0;
-  std::string policy;  ///< JSON of common/policy/policy.h
+  ContentHash policy_id;
+  std::int32_t policy_bytes = 0;  ///< of the whole
+  std::int32_t index = 0;         ///< of the piece
+  std::string policy;             ///< the piece's bytes of the JSON of common/policy/policy.h
   bool operator==(const BestPolicy&) const = default;
 };
 
 using Message =
-    std::variant<RolloutBatch, RewardBatch, WorkerStatus, TaskDefinition, PolicyDefinition,
-                 DefinitionRequest, DefinitionReport, LearnerStatus, RunStatus, BestPolicy>;
+    std::variant<RolloutBatch, RewardBatch, WorkerStatus, DefinitionPiece, DefinitionRequest,
+                 DefinitionReport, LearnerStatus, RunStatus, BestPolicy>;
 
 }  // namespace treeroll::protocol

@@ -17,11 +17,14 @@ inline constexpr Duration kIdleHeartbeat = std::chrono::milliseconds(250);
 /// Answers that are not acknowledged are repeated, ever more seldom.
 inline constexpr Duration kRepeatIntervalMin = std::chrono::milliseconds(3);
 inline constexpr Duration kRepeatIntervalMax = std::chrono::seconds(1);
-/// Between two requests for a definition that is missing; and when roll-outs without one are let
-/// go.
-inline constexpr Duration kAskInterval = std::chrono::milliseconds(50);
+/// Between two requests for what is missing, ever longer; and when roll-outs without it are let go.
+inline constexpr Duration kAskIntervalMin = std::chrono::milliseconds(5);
+inline constexpr Duration kAskIntervalMax = std::chrono::milliseconds(50);
 inline constexpr Duration kDefinitionWaitMax = std::chrono::seconds(30);
-/// A learner that is silent for so long is forgotten.
+/// A learner that is silent for so long is gone: what it has asked is given up, and the evaluators
+/// that work on it are ended.
+inline constexpr Duration kLearnerGone = std::chrono::seconds(12);
+/// A learner that is silent for so long is forgotten, and its answers with it.
 inline constexpr Duration kLearnerSilenceMax = std::chrono::seconds(60);
 /// A worker that is to end waits so long for its last answers to be acknowledged.
 inline constexpr Duration kDrainGrace = std::chrono::seconds(5);
@@ -33,11 +36,15 @@ inline constexpr Duration kLearnerStatusPeriod = std::chrono::seconds(1);
 inline constexpr Duration kWorkerAlive = std::chrono::milliseconds(600);
 /// A worker that has been silent so long has left.
 inline constexpr Duration kWorkerSilence = std::chrono::seconds(3);
+/// Between a greeting and the next to a worker that does not answer, at first.
+inline constexpr Duration kGreetingPause = std::chrono::milliseconds(100);
+/// A worker that is heard and has not answered greetings for so long is named in the log.
+inline constexpr Duration kDeafnessTold = std::chrono::seconds(3);
 /// The shortest lease of a roll-out that no worker has said it holds; and of one that it has.
 inline constexpr Duration kLeaseMin = std::chrono::milliseconds(10);
 inline constexpr Duration kHeldLeaseMin = std::chrono::seconds(1);
-/// Between two publications of one definition, however many workers ask.
-inline constexpr Duration kPublicationPause = std::chrono::milliseconds(20);
+/// Between two publications of one piece of a definition, however many workers ask.
+inline constexpr Duration kPublicationPause = std::chrono::milliseconds(4);
 /// How long an accepted result may wait for stable storage, and its worker for the acknowledgement.
 inline constexpr Duration kSyncPeriod = std::chrono::milliseconds(10);
 /// A learner that ends waits so long for the local worker it has told to end.
@@ -60,14 +67,20 @@ static_assert(kRepeatIntervalMin < kLeaseMin,
               "an answer that was lost is repeated before its roll-out is asked for again");
 static_assert(kSyncPeriod < kRepeatIntervalMax,
               "repeating slows down past the time an acknowledgement waits for the disk");
-static_assert(kPublicationPause < kAskInterval,
-              "a definition may be published again by the time it is asked for again");
-static_assert(10 * kAskInterval < kDefinitionWaitMax,
+static_assert(kPublicationPause < kAskIntervalMin,
+              "a piece may be published again by the time it is asked for again");
+static_assert(10 * kAskIntervalMax < kDefinitionWaitMax,
               "a definition is asked for many times before its roll-outs are let go");
-static_assert(10 * kLearnerStatusPeriod < kLearnerSilenceMax,
-              "a learner with nothing to give out is not forgotten for some lost messages");
-static_assert(kDefinitionWaitMax < kLearnerSilenceMax,
-              "roll-outs that wait for a definition are let go by reason, not with their learner");
+static_assert(10 * kLearnerStatusPeriod < kLearnerGone,
+              "a learner with nothing to give out is not gone for some lost messages");
+static_assert(kLearnerGone < kLearnerSilenceMax,
+              "a learner that comes back finds the answers to what it had asked");
+static_assert(kWorkerSilence < kLearnerGone,
+              "a worker that is cut off is given up by the learner before it gives up its work");
+static_assert(kGreetingPause < kIdleHeartbeat,
+              "a greeting that was lost is repeated at the next heartbeat");
+static_assert(10 * kIdleHeartbeat < kDeafnessTold,
+              "a worker that hears has said so many times before it is named as deaf");
 static_assert(2 * kRepeatIntervalMax < kDrainGrace,
               "the last answers are repeated before a worker ends without an acknowledgement");
 static_assert(kDrainGrace < kLocalWorkerGrace,

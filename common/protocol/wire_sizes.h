@@ -2,12 +2,16 @@
 
 #include <cstddef>
 
+#include "common/protocol/limits.h"
+
 /// What messages and their parts take on the wire, for those who fill a batch up to a size. Each is
 /// held to what lcm-gen writes by tests/transport/wire_sizes_test.cc.
 namespace treeroll::protocol {
 
-/// LCM's magic and sequence number, and the longest name of a channel with its NUL.
-inline constexpr std::size_t kFrameBytesMax = 4 + 4 + 63 + 1;
+/// LCM's magic and sequence number; the name of the channel with its NUL follows.
+inline constexpr std::size_t kFrameHeaderBytes = 4 + 4;
+/// The same with the longest name.
+inline constexpr std::size_t kFrameBytesMax = kFrameHeaderBytes + 63 + 1;
 
 inline constexpr std::size_t kFingerprintBytes = 8;  ///< names the layout; begins a message
 inline constexpr std::size_t kIdBytes = 8;           ///< of a worker or a learner
@@ -17,13 +21,17 @@ inline constexpr std::size_t kContentHashBytes = 16;
 inline constexpr std::size_t kMacBytes = 16;        ///< ends a message
 inline constexpr std::size_t kRolloutKeyBytes = 8;  ///< run, number
 
-/// Worker, key, attempt, content, task, policy, task seed, theta's count; and theta.
+/// Worker, key, attempt, content, task, policy, task seed, counts of theta and its name; and theta.
 constexpr std::size_t rollout_request_bytes(std::size_t theta_dim) {
-  return kIdBytes + kRolloutKeyBytes + 4 + 8 + 2 * kContentHashBytes + 8 + kCountBytes +
+  return kIdBytes + kRolloutKeyBytes + 4 + 8 + 2 * kContentHashBytes + 8 + 2 * kCountBytes +
          8 * theta_dim;
 }
-/// Key, attempt, content, reward, status, duration.
-inline constexpr std::size_t kRolloutResultBytes = kRolloutKeyBytes + 4 + 8 + 8 + 1 + 8;
+/// The same where theta comes in pieces, under its name.
+inline constexpr std::size_t kRequestByNameBytes = rollout_request_bytes(0) + kContentHashBytes;
+/// Key, attempt, content, reward, status, length and NUL of the reason, duration; and the reason.
+constexpr std::size_t rollout_result_bytes(std::size_t reason_bytes) {
+  return kRolloutKeyBytes + 4 + 8 + 8 + 1 + kCountBytes + 1 + 8 + reason_bytes;
+}
 /// Worker, result.
 inline constexpr std::size_t kAcknowledgementBytes = kIdBytes + kIndexBytes;
 
@@ -32,14 +40,31 @@ inline constexpr std::size_t kAcknowledgementBytes = kIdBytes + kIndexBytes;
 /// Learner, sequence, counts of roll-outs and acknowledgements.
 inline constexpr std::size_t kRolloutBatchBytes =
     kFingerprintBytes + kIdBytes + kIndexBytes + 2 * kCountBytes + kMacBytes;
-/// Worker, learner, last batch, free slots, first and last result, counts of results and held ones.
+/// Worker, learner, last batch, free slots, first and last result, counts of results and held ones,
+/// from where to where those are all.
 inline constexpr std::size_t kRewardBatchBytes = kFingerprintBytes + 2 * kIdBytes + kIndexBytes +
-                                                 4 + 2 * kIndexBytes + 2 * kCountBytes + kMacBytes;
-/// Worker, learner, counts of tasks and policies.
+                                                 4 + 2 * kIndexBytes + 2 * kCountBytes +
+                                                 2 * kRolloutKeyBytes + kMacBytes;
+/// Worker, three names with their NULs, pid, evaluators, free slots, receive buffer, draining, five
+/// counters, count of learners.
+inline constexpr std::size_t kWorkerStatusBytes = kFingerprintBytes + kIdBytes +
+                                                  3 * (kCountBytes + 1) + 4 * 4 + 1 + 5 * 8 +
+                                                  kCountBytes + kMacBytes;
+/// Of a status: learner, last batch, last result, count of keys, from where to where.
+inline constexpr std::size_t kHeldRolloutsBytes =
+    kIdBytes + 2 * kIndexBytes + kCountBytes + 2 * kRolloutKeyBytes;
+/// Worker, learner, count of definitions.
 inline constexpr std::size_t kDefinitionRequestBytes =
-    kFingerprintBytes + 2 * kIdBytes + 2 * kCountBytes + kMacBytes;
-/// Of a task or a policy: learner, hash, length and NUL of the content.
-inline constexpr std::size_t kDefinitionBytes =
-    kFingerprintBytes + kIdBytes + kContentHashBytes + kCountBytes + 1 + kMacBytes;
+    kFingerprintBytes + 2 * kIdBytes + kCountBytes + kMacBytes;
+/// Kind, hash, count of pieces; and their numbers.
+constexpr std::size_t wanted_definition_bytes(std::size_t num_pieces) {
+  return 1 + kContentHashBytes + kCountBytes + 4 * num_pieces;
+}
+/// Learner, kind, hash, size of the whole, number, count of bytes.
+inline constexpr std::size_t kDefinitionPieceBytes =
+    kFingerprintBytes + kIdBytes + 1 + kContentHashBytes + 4 + 4 + kCountBytes + kMacBytes;
+
+static_assert(kFrameBytesMax + kDefinitionPieceBytes + kPieceBytes <= kBatchBytesRemoteMax,
+              "a piece fits a frame");
 
 }  // namespace treeroll::protocol

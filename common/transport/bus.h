@@ -36,8 +36,8 @@ class Bus {
   /// in the statistics: the protocol survives loss.
   virtual void publish(const protocol::Message& message) = 0;
   virtual BusStatistics statistics() const = 0;
-  /// What to fill a batch to while it holds more than one roll-out: one Ethernet frame where
-  /// datagrams cross hosts, so that no fragment can be lost alone.
+  /// What to fill a message to: one Ethernet frame where datagrams cross hosts, since paths lose
+  /// fragments one by one, or all. There a larger message is not sent.
   virtual std::size_t batch_bytes_max() const = 0;
 };
 
@@ -47,6 +47,8 @@ struct BusOptions {
   /// Called in the loop for each message that passed every check, one's own included. Must not
   /// throw, nor destroy the bus.
   std::function<void(const protocol::Message&)> on_message;
+  /// Refuses a URL by which no other program is reached: memq, file.
+  bool among_programs = false;
 };
 
 /// The URL to use: the option if given, else LCM_DEFAULT_URL, else LCM's default (ttl 0).

@@ -31,7 +31,12 @@ struct ToWire {
   void integer(const char*, auto& m, auto& w) { copy(m, w); }
   void number(const char*, auto& m, auto& w) { copy(m, w); }
   void flag(const char*, auto& m, auto& w) { copy(m, w); }
-  void status(const char*, auto& m, auto& w) { w = static_cast<std::int8_t>(m); }
+  void outcome(const Outcome& m, auto& reward, auto& status, auto& reason, std::size_t) {
+    reward = m.reward();
+    status = static_cast<std::int8_t>(m.status());
+    reason = m.reason();
+  }
+  void kind(const char*, auto& m, auto& w) { w = static_cast<std::int8_t>(m); }
   void hash(const char*, auto& m, auto& w) { std::ranges::copy(m.bytes, w); }
   void text(const char*, auto& m, auto& w, std::size_t) { copy(m, w); }
   template <class M>
@@ -48,9 +53,17 @@ struct ToWire {
     size = static_cast<std::int32_t>(m.size());
     copy(m, w);
   }
-  void hashes(const char*, auto& m, auto& size, auto& w, int) {
+  void integers(const char*, auto& m, auto& size, auto& w, int, int) {
     size = static_cast<std::int32_t>(m.size());
-    for (const ContentHash& hash : m) w.emplace_back(hash.bytes.begin(), hash.bytes.end());
+    copy(m, w);
+  }
+  void maybe_hash(const char*, auto& m, auto& size, auto& w) {
+    size = m ? 1 : 0;
+    if (m) w.emplace_back(m->bytes.begin(), m->bytes.end());
+  }
+  void bytes(const char*, auto& m, auto& size, auto& w, std::size_t) {
+    size = static_cast<std::int32_t>(m.size());
+    w.assign(m.begin(), m.end());
   }
   void mac(auto& w) { std::ranges::fill(w, std::uint8_t{0}); }
 };
@@ -61,7 +74,10 @@ struct FromWire {
   void integer(const char*, auto& m, auto& w) { m = w; }
   void number(const char*, auto& m, auto& w) { m = w; }
   void flag(const char*, auto& m, auto& w) { m = w != 0; }
-  void status(const char*, auto& m, auto& w) { m = static_cast<RolloutStatus>(w); }
+  void outcome(Outcome& m, auto& reward, auto& status, auto& reason, std::size_t) {
+    m = Outcome(reward, static_cast<RolloutStatus>(status), std::move(reason));
+  }
+  void kind(const char*, auto& m, auto& w) { m = static_cast<protocol::DefinitionKind>(w); }
   void hash(const char*, auto& m, auto& w) { std::ranges::copy(w, m.bytes.begin()); }
   void text(const char*, auto& m, auto& w, std::size_t) { m = std::move(w); }
   template <class M>
@@ -73,10 +89,11 @@ struct FromWire {
     for (std::size_t i = 0; i < w.size(); ++i) record(name, m[i], w[i]);
   }
   void numbers(const char*, auto& m, auto&, auto& w, int) { m = std::move(w); }
-  void hashes(const char* name, auto& m, auto&, auto& w, int) {
-    m.resize(w.size());
-    for (std::size_t i = 0; i < w.size(); ++i) hash(name, m[i], w[i]);
+  void integers(const char*, auto& m, auto&, auto& w, int, int) { m = std::move(w); }
+  void maybe_hash(const char* name, auto& m, auto&, auto& w) {
+    if (!w.empty()) hash(name, m.emplace(), w[0]);
   }
+  void bytes(const char*, auto& m, auto&, auto& w, std::size_t) { m.assign(w.begin(), w.end()); }
   void mac(auto&) {}
 };
 

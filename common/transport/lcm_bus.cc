@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/protocol/limits.h"
+#include "common/protocol/wire_sizes.h"
 #include "common/transport/codec.h"
 
 namespace treeroll::transport {
@@ -19,6 +20,7 @@ void LcmBus::publish(const protocol::Message& message) {
   const std::vector<std::byte> bytes = encode(message);
   // What every receiver would refuse is not sent: size, limits, a reward that is no number.
   auto problem = refusal(channel, bytes);
+  if (!problem) problem = past_frame(channel, bytes.size());
   if (!problem) problem = send(channel, bytes);
   if (!problem) {
     ++statistics_.num_published;
@@ -39,9 +41,18 @@ std::optional<std::string> LcmBus::send(Channel channel, const std::vector<std::
 }
 
 std::size_t LcmBus::batch_bytes_max() const {
-  // Small batches are for datagrams, whose fragments are lost one by one.
-  const bool fragments = url_.provider == Provider::kUdpm && url_.ttl > 0;
-  return fragments ? protocol::kBatchBytesRemoteMax : protocol::kBatchBytesLocalMax;
+  return crosses_hosts() ? protocol::kBatchBytesRemoteMax : protocol::kBatchBytesLocalMax;
+}
+
+/// What no frame holds is not sent across hosts: senders cut it, and a path that drops fragments
+/// would only show it after a while.
+std::optional<std::string> LcmBus::past_frame(Channel channel, std::size_t num_bytes) const {
+  if (!crosses_hosts()) return std::nullopt;
+  const std::size_t size =
+      protocol::kFrameHeaderBytes + std::strlen(channel_name(channel)) + 1 + num_bytes;
+  if (size <= protocol::kBatchBytesRemoteMax) return std::nullopt;
+  return fmt::format("{} bytes are more than one frame holds, {}", size,
+                     protocol::kBatchBytesRemoteMax);
 }
 
 void LcmBus::take(Channel channel, std::span<const std::byte> bytes) {

@@ -33,6 +33,9 @@ class LcmBus : public Bus {
   LcmBus(LcmHandle lcm, LcmUrl url, BusOptions options);
   /// Hands encoded bytes to liblcm; otherwise why not.
   virtual std::optional<std::string> send(Channel channel, const std::vector<std::byte>& bytes);
+  /// Whether datagrams leave this host, where fragments are lost one by one or altogether.
+  bool crosses_hosts() const { return url_.provider == Provider::kUdpm && url_.ttl > 0; }
+  std::optional<std::string> past_frame(Channel channel, std::size_t num_bytes) const;
   /// Decodes and hands over, or counts the refusal.
   void take(Channel channel, std::span<const std::byte> bytes);
 

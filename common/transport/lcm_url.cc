@@ -27,6 +27,13 @@ std::optional<std::int64_t> whole_number(std::string_view text) {
   return value;
 }
 
+bool is_number(std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() && value >= 0 &&
+         value <= std::numeric_limits<double>::max();
+}
+
 /// Reads the parts of one URL; every failure names it whole.
 class Reader {
  public:
@@ -139,7 +146,13 @@ class Reader {
     }
     if (auto error = allow(options, {"recv_buf_size", "ttl"})) return error;
     if (auto error = read_integer(options, "ttl", 0, 255, result.ttl)) return error;
-    return read_integer(options, "recv_buf_size", 4096, 1 << 30, result.receive_buffer_bytes);
+    auto error = read_integer(options, "recv_buf_size", 4096, 1 << 30, result.receive_buffer_bytes);
+    if (error) return error;
+    result.text = fmt::format("udpm://{}:{}?ttl={}", result.host, result.port, result.ttl);
+    if (options.contains("recv_buf_size")) {
+      result.text += fmt::format("&recv_buf_size={}", result.receive_buffer_bytes);
+    }
+    return std::nullopt;
   }
 
   std::optional<Error> read_tcpq(const std::string& network, const Options& options,
@@ -149,6 +162,7 @@ class Reader {
     result.port = 7700;
     // liblcm means to look names up and does not: dotted addresses only.
     if (auto error = read_address(network, "server", result)) return error;
+    result.text = fmt::format("tcpq://{}:{}", result.host, result.port);
     return allow(options, {});
   }
 
@@ -164,6 +178,12 @@ class Reader {
     result.provider = Provider::kFile;
     if (network.empty()) return refuse("the path of a log must follow file://");
     if (auto error = allow(options, {"mode", "speed", "start_timestamp"})) return error;
+    for (const char* name : {"speed", "start_timestamp"}) {
+      const auto option = options.find(name);
+      if (option != options.end() && !is_number(option->second)) {
+        return refuse("{} \"{}\" must be a number that is not negative", name, option->second);
+      }
+    }
     const auto mode = options.find("mode");
     if (mode == options.end() || std::set<std::string>{"r", "w", "a"}.contains(mode->second)) {
       return std::nullopt;

@@ -11,12 +11,14 @@ enum class Provider { kUdpm, kTcpq, kMemq, kFile };
 
 /// An LCM URL, read more strictly than liblcm does, which ignores what it does not understand:
 ///
-///   udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304   multicast
-///   tcpq://127.0.0.1:7700                                   a server that passes messages on
+///   udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304   multicast; a port left out is 7667
+///   tcpq://127.0.0.1:7700                                   a server that passes messages on; 7700
 ///   memq://                                                 within this object
 ///   file://run.log?speed=0                                  reads a log; ?mode=w writes one
 struct LcmUrl {
-  std::string text;  ///< as given: what liblcm gets
+  /// What liblcm gets: as given, with what is left out filled in. liblcm would take a port that is
+  /// not there for 0, and fail to send for ever.
+  std::string text;
   Provider provider = Provider::kUdpm;
   std::string host;  ///< udpm: the group, tcpq: the server; dotted IPv4
   std::uint16_t port = 0;

@@ -88,8 +88,7 @@ void Loop::run() {
 
 void Loop::stop() { implementation_->context.stop(); }
 
-void Loop::on_signals(std::initializer_list<int> signals,
-                      std::function<void(int signal)> callback) {
+void Loop::on_signals(const std::vector<int>& signals, std::function<void(int signal)> callback) {
   Signals& entry = implementation_->signals.emplace_back(implementation_->context);
   for (const int signal : signals) entry.set.add(signal);
   entry.callback = std::move(callback);

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <functional>
-#include <initializer_list>
 #include <memory>
+#include <vector>
 
 #include "common/base/time.h"
 
@@ -25,7 +25,7 @@ class Loop {
   void stop();
 
   /// Runs `callback` on each of these signals instead of their default action.
-  void on_signals(std::initializer_list<int> signals, std::function<void(int signal)> callback);
+  void on_signals(const std::vector<int>& signals, std::function<void(int signal)> callback);
   /// Runs `callback` whenever `descriptor` is readable, until forget(descriptor). The loop does
   /// not own the descriptor; forget it before closing it.
   void watch(int descriptor, std::function<void()> callback);

@@ -84,20 +84,42 @@ std::optional<std::int64_t> Checker::integer_within(std::size_t size, std::int64
   return value;
 }
 
-void Checker::finite_number() {
+std::optional<double> Checker::finite_number() {
   const auto bits = integer_of(sizeof(double));
-  if (bits && !std::isfinite(std::bit_cast<double>(*bits))) {
-    refuse(fmt::format("{} is not a finite number", std::bit_cast<double>(*bits)));
-  }
+  if (!bits) return std::nullopt;
+  const auto number = std::bit_cast<double>(*bits);
+  if (!std::isfinite(number)) refuse(fmt::format("{} is not a finite number", number));
+  return number;
 }
 
-void Checker::string(std::size_t bytes_max) {
+/// A reward stands beside status ok alone, a reason beside the others.
+void Checker::outcome(std::size_t reason_bytes_max) {
+  std::optional<double> reward;
+  {
+    const Step step(*this, "reward");
+    reward = finite_number();
+  }
+  std::optional<std::int64_t> status;
+  {
+    const Step step(*this, "status");
+    status = integer_within(1, 0, kNumRolloutStatuses - 1, "");
+    const bool is_zero = reward && std::bit_cast<std::uint64_t>(*reward) == 0;
+    if (status && *status != 0 && !is_zero) {
+      refuse(fmt::format("{} is not 0, ok, beside a reward of {}", *status, reward.value_or(0)));
+    }
+  }
+  const Step step(*this, "reason");
+  const std::size_t size = string(reason_bytes_max);
+  if (status == 0 && size > 0) refuse("must be empty beside status ok");
+}
+
+std::size_t Checker::string(std::size_t bytes_max) {
   // LCM counts the closing NUL.
   const auto size =
       integer_within(4, 1, static_cast<std::int64_t>(bytes_max) + 1, "length with its NUL ");
-  if (!size) return;
+  if (!size) return 0;
   const std::byte* taken = take(static_cast<std::size_t>(*size));
-  if (taken == nullptr) return;
+  if (taken == nullptr) return 0;
   const std::string_view text(reinterpret_cast<const char*>(taken),
                               static_cast<std::size_t>(*size) - 1);
   if (taken[text.size()] != std::byte{0}) {
@@ -107,6 +129,7 @@ void Checker::string(std::size_t bytes_max) {
   } else if (!is_utf8(text)) {
     refuse("is not UTF-8");
   }
+  return text.size();
 }
 
 void Checker::refuse(const std::string& reason) {

@@ -57,10 +57,14 @@ class Checker {
     const Step step(*this, name);
     integer_within(1, 0, 1, "");
   }
+  template <class M, class R, class S, class T>
+  void outcome(M&, R&, S&, T&, std::size_t reason_bytes_max) {
+    outcome(reason_bytes_max);
+  }
   template <class M, class W>
-  void status(const char* name, M&, W&) {
+  void kind(const char* name, M&, W&) {
     const Step step(*this, name);
-    integer_within(1, 0, kNumRolloutStatuses - 1, "");
+    integer_within(1, 0, protocol::kNumDefinitionKinds - 1, "");
   }
   template <class M, class W>
   void hash(const char* name, M&, W&) {
@@ -88,8 +92,18 @@ class Checker {
     list(name, count_max, [&] { finite_number(); });
   }
   template <class M, class C, class W>
-  void hashes(const char* name, M&, C&, W&, int count_max) {
-    list(name, count_max, [&] { take(sizeof(ContentHash::bytes)); });
+  void integers(const char* name, M&, C&, W&, int count_max, int max) {
+    list(name, count_max, [&] { integer_within(4, 0, max, ""); });
+  }
+  template <class M, class C, class W>
+  void maybe_hash(const char* name, M&, C&, W&) {
+    list(name, 1, [&] { take(sizeof(ContentHash::bytes)); });
+  }
+  template <class M, class C, class W>
+  void bytes(const char* name, M&, C&, W&, std::size_t bytes_max) {
+    const Step step(*this, name);
+    const auto size = integer_within(4, 0, static_cast<std::int64_t>(bytes_max), "count ");
+    if (size) take(static_cast<std::size_t>(*size));
   }
   template <class W>
   void mac(W& w) {
@@ -132,8 +146,11 @@ class Checker {
   std::optional<std::int64_t> integer_of(std::size_t size);
   std::optional<std::int64_t> integer_within(std::size_t size, std::int64_t min, std::int64_t max,
                                              const char* what);
-  void finite_number();
-  void string(std::size_t bytes_max);
+  /// The number, a refused one too.
+  std::optional<double> finite_number();
+  /// Length of the text, without its NUL.
+  std::size_t string(std::size_t bytes_max);
+  void outcome(std::size_t reason_bytes_max);
   void refuse(const std::string& reason);
 
   const char* type_;

@@ -6,14 +6,13 @@
 #include "common/protocol/messages.h"
 #include "common/transport/channel.h"
 #include "treeroll/best_policy_t.hpp"
+#include "treeroll/definition_piece_t.hpp"
 #include "treeroll/definition_report_t.hpp"
 #include "treeroll/definition_request_t.hpp"
 #include "treeroll/learner_status_t.hpp"
-#include "treeroll/policy_definition_t.hpp"
 #include "treeroll/reward_batch_t.hpp"
 #include "treeroll/rollout_batch_t.hpp"
 #include "treeroll/run_status_t.hpp"
-#include "treeroll/task_definition_t.hpp"
 #include "treeroll/worker_status_t.hpp"
 
 /// The one place that says which field of an LCM type is which field of a message, and the rule
@@ -28,13 +27,16 @@
 ///   integer      any integer
 ///   number       a finite double
 ///   flag         a boolean
-///   status       a RolloutStatus
+///   outcome      an Outcome: reward, status and reason, a string as `text`
+///   kind         a DefinitionKind
 ///   hash         16 bytes
 ///   text         a UTF-8 string of at most so many bytes, without a NUL
 ///   record       a part
 ///   records      a list of at most so many parts, with the field that counts them
 ///   numbers      a list of at most so many finite doubles
-///   hashes       a list of at most so many 16 bytes
+///   integers     a list of at most so many integers within 0 and a highest value
+///   maybe_hash   16 bytes or none
+///   bytes        at most so many bytes of any value
 ///   mac          the authentication code, which messages do not carry
 namespace treeroll::transport::wire {
 
@@ -62,6 +64,7 @@ struct Fields<protocol::RolloutRequest> {
     v.hash("policy_id", m.policy_id, w.policy_id);
     v.integer("task_seed", m.task_seed, w.task_seed);
     v.numbers("theta", m.theta, w.theta_dim, w.theta, protocol::kThetaDimMax);
+    v.maybe_hash("theta_ids", m.theta_id, w.num_theta_ids, w.theta_ids);
   }
 };
 
@@ -96,8 +99,7 @@ struct Fields<protocol::RolloutResult> {
     v.record("key", m.key, w.key);
     v.count("attempt", m.attempt, w.attempt);
     v.integer("content", m.content, w.content);
-    v.number("reward", m.reward, w.reward);
-    v.status("status", m.status, w.status);
+    v.outcome(m.outcome, w.reward, w.status, w.reason, protocol::kReasonBytesMax);
     v.bounded("duration_ns", m.duration_ns, w.duration_ns, protocol::kDurationNsMax);
   }
 };
@@ -116,6 +118,8 @@ struct Fields<protocol::RewardBatch> {
     v.bounded("last_index", m.last_index, w.last_index, protocol::kRunningNumberMax);
     v.records("results", m.results, w.num_results, w.results, protocol::kResultsPerBatchMax);
     v.records("held", m.held, w.num_held, w.held, protocol::kHeldPerMessageMax);
+    v.record("held_first", m.held_first, w.held_first);
+    v.record("held_last", m.held_last, w.held_last);
     v.mac(w.mac);
   }
 };
@@ -128,6 +132,8 @@ struct Fields<protocol::HeldRollouts> {
     v.bounded("last_batch", m.last_batch, w.last_batch, protocol::kRunningNumberMax);
     v.bounded("last_index", m.last_index, w.last_index, protocol::kRunningNumberMax);
     v.records("keys", m.keys, w.num_keys, w.keys, protocol::kHeldPerMessageMax);
+    v.record("first", m.first, w.first);
+    v.record("last", m.last, w.last);
   }
 };
 
@@ -138,10 +144,10 @@ struct Fields<protocol::WorkerStatus> {
   static constexpr const char* kChannelName = "TREEROLL_WORKERS";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("worker_id", m.worker_id, w.worker_id);
-    v.text("host", m.host, w.host, protocol::kStringBytesMax);
+    v.text("host", m.host, w.host, protocol::kNameBytesMax);
     v.count("pid", m.pid, w.pid);
-    v.text("version", m.version, w.version, protocol::kStringBytesMax);
-    v.text("numeric_class", m.numeric_class, w.numeric_class, protocol::kStringBytesMax);
+    v.text("version", m.version, w.version, protocol::kNameBytesMax);
+    v.text("numeric_class", m.numeric_class, w.numeric_class, protocol::kNameBytesMax);
     v.bounded("num_evaluators", m.num_evaluators, w.num_evaluators,
               protocol::kEvaluatorsPerWorkerMax);
     v.bounded("free_slots", m.free_slots, w.free_slots, protocol::kHeldPerMessageMax);
@@ -158,28 +164,29 @@ struct Fields<protocol::WorkerStatus> {
 };
 
 template <>
-struct Fields<protocol::TaskDefinition> {
-  using Wire = task_definition_t;
-  static constexpr Channel kChannel = Channel::kTaskDefinition;
-  static constexpr const char* kChannelName = "TREEROLL_TASKS";
+struct Fields<protocol::DefinitionPiece> {
+  using Wire = definition_piece_t;
+  static constexpr Channel kChannel = Channel::kDefinitionPiece;
+  static constexpr const char* kChannelName = "TREEROLL_DEFINITIONS";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("learner_id", m.learner_id, w.learner_id);
-    v.hash("task_id", m.task_id, w.task_id);
-    v.text("content", m.content, w.content, protocol::kDefinitionBytesMax);
+    v.kind("kind", m.name.kind, w.kind);
+    v.hash("definition_id", m.name.id, w.definition_id);
+    v.bounded("total_bytes", m.num_bytes, w.total_bytes, protocol::kDefinitionBytesMax);
+    v.bounded("index", m.index, w.index, protocol::kPiecesMax - 1);
+    v.bytes("piece", m.bytes, w.num_bytes, w.piece, protocol::kPieceBytes);
     v.mac(w.mac);
   }
 };
 
 template <>
-struct Fields<protocol::PolicyDefinition> {
-  using Wire = policy_definition_t;
-  static constexpr Channel kChannel = Channel::kPolicyDefinition;
-  static constexpr const char* kChannelName = "TREEROLL_POLICIES";
+struct Fields<protocol::WantedDefinition> {
+  using Wire = wanted_definition_t;
   static void visit(auto& v, auto& m, auto& w) {
-    v.count("learner_id", m.learner_id, w.learner_id);
-    v.hash("policy_id", m.policy_id, w.policy_id);
-    v.text("content", m.content, w.content, protocol::kDefinitionBytesMax);
-    v.mac(w.mac);
+    v.kind("kind", m.name.kind, w.kind);
+    v.hash("definition_id", m.name.id, w.definition_id);
+    v.integers("pieces", m.pieces, w.num_pieces, w.pieces, protocol::kPiecesMax,
+               protocol::kPiecesMax - 1);
   }
 };
 
@@ -191,10 +198,8 @@ struct Fields<protocol::DefinitionRequest> {
   static void visit(auto& v, auto& m, auto& w) {
     v.count("worker_id", m.worker_id, w.worker_id);
     v.count("learner_id", m.learner_id, w.learner_id);
-    v.hashes("task_ids", m.task_ids, w.num_task_ids, w.task_ids,
-             protocol::kDefinitionsPerRequestMax);
-    v.hashes("policy_ids", m.policy_ids, w.num_policy_ids, w.policy_ids,
-             protocol::kDefinitionsPerRequestMax);
+    v.records("definitions", m.definitions, w.num_definitions, w.definitions,
+              protocol::kDefinitionsPerRequestMax);
     v.mac(w.mac);
   }
 };
@@ -209,7 +214,7 @@ struct Fields<protocol::DefinitionReport> {
     v.count("learner_id", m.learner_id, w.learner_id);
     v.hash("definition_id", m.definition_id, w.definition_id);
     v.flag("accepted", m.accepted, w.accepted);
-    v.text("text", m.text, w.text, protocol::kDefinitionBytesMax);
+    v.text("text", m.text, w.text, protocol::kStringBytesMax);
     v.mac(w.mac);
   }
 };
@@ -221,7 +226,9 @@ struct Fields<protocol::LearnerStatus> {
   static constexpr const char* kChannelName = "TREEROLL_LEARNER";
   static void visit(auto& v, auto& m, auto& w) {
     v.count("learner_id", m.learner_id, w.learner_id);
-    v.text("study", m.study, w.study, protocol::kStringBytesMax);
+    v.text("host", m.host, w.host, protocol::kNameBytesMax);
+    v.count("pid", m.pid, w.pid);
+    v.text("study", m.study, w.study, protocol::kNameBytesMax);
     v.text("waiting_for", m.waiting_for, w.waiting_for, protocol::kStringBytesMax);
     v.number("elapsed_s", m.elapsed_s, w.elapsed_s);
     v.count("num_runs", m.num_runs, w.num_runs);
@@ -229,16 +236,20 @@ struct Fields<protocol::LearnerStatus> {
     v.count("num_workers", m.num_workers, w.num_workers);
     v.count("num_evaluators", m.num_evaluators, w.num_evaluators);
     v.count("num_rollouts", m.num_rollouts, w.num_rollouts);
+    v.count("num_evaluations", m.num_evaluations, w.num_evaluations);
+    v.count("num_evaluated", m.num_evaluated, w.num_evaluated);
     v.count("num_issued", m.num_issued, w.num_issued);
     v.count("num_applied", m.num_applied, w.num_applied);
     v.count("num_pending", m.num_pending, w.num_pending);
     v.count("num_late", m.num_late, w.num_late);
     v.count("num_duplicate", m.num_duplicate, w.num_duplicate);
     v.count("num_failed", m.num_failed, w.num_failed);
+    v.count("num_discarded", m.num_discarded, w.num_discarded);
     v.count("num_rejected", m.num_rejected, w.num_rejected);
     v.count("num_reissued", m.num_reissued, w.num_reissued);
     v.count("num_conflicting", m.num_conflicting, w.num_conflicting);
     v.number("best_reward", m.best_reward, w.best_reward);
+    v.text("last_failure", m.last_failure, w.last_failure, protocol::kStringBytesMax);
     v.mac(w.mac);
   }
 };
@@ -251,7 +262,7 @@ struct Fields<protocol::RunStatus> {
   static void visit(auto& v, auto& m, auto& w) {
     v.count("learner_id", m.learner_id, w.learner_id);
     v.count("run", m.run, w.run);
-    v.text("condition", m.condition, w.condition, protocol::kStringBytesMax);
+    v.text("condition", m.condition, w.condition, protocol::kNameBytesMax);
     v.count("repetition", m.repetition, w.repetition);
     v.count("layer", m.layer, w.layer);
     v.count("num_rollouts", m.num_rollouts, w.num_rollouts);
@@ -276,11 +287,14 @@ struct Fields<protocol::BestPolicy> {
   static void visit(auto& v, auto& m, auto& w) {
     v.count("learner_id", m.learner_id, w.learner_id);
     v.count("run", m.run, w.run);
-    v.text("condition", m.condition, w.condition, protocol::kStringBytesMax);
+    v.text("condition", m.condition, w.condition, protocol::kNameBytesMax);
     v.count("repetition", m.repetition, w.repetition);
     v.integer("rollout", m.rollout, w.rollout);
     v.number("reward", m.reward, w.reward);
-    v.text("policy", m.policy, w.policy, protocol::kDefinitionBytesMax);
+    v.hash("policy_id", m.policy_id, w.policy_id);
+    v.bounded("total_bytes", m.policy_bytes, w.total_bytes, protocol::kDefinitionBytesMax);
+    v.bounded("index", m.index, w.index, protocol::kPiecesMax - 1);
+    v.bytes("piece", m.policy, w.num_bytes, w.piece, protocol::kPieceBytes);
     v.mac(w.mac);
   }
 };

@@ -58,7 +58,8 @@ class PendulumTask : public treeroll::Task {
     for (int n = 0; n < duration_s_ / kStepS; ++n) {
       // Tells the learner that this was no pendulum any more, however well it had begun.
       if (!(cost(state) < kCostMax))
-        return treeroll::Outcome::failed(treeroll::RolloutStatus::kDiverged);
+        return treeroll::Outcome::failed(treeroll::RolloutStatus::kDiverged,
+                                         "the cost is too high");
       cost_min = std::min(cost_min, cost(state));
       const double time_s = n * kStepS;
       const double cart_acceleration_mps2 = controller.act(time_s);

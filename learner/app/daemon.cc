@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -13,8 +14,11 @@
 #include <stdexcept>
 
 #include "common/base/config_error.h"
+#include "common/base/cut_text.h"
 #include "common/files/atomic_file.h"
-#include "common/files/whole_file.h"
+#include "common/program/host_name.h"
+#include "common/program/log.h"
+#include "common/program/process_start.h"
 #include "common/program/program.h"
 #include "common/program/standard_output.h"
 #include "common/protocol/timings.h"
@@ -26,9 +30,12 @@
 #include "learner/core/learner_core.h"
 #include "learner/journal/journal_file.h"
 #include "learner/journal/journal_fold.h"
+#include "learner/journal/journal_origins.h"
 #include "learner/results/state_directory.h"
 #include "learner/results/summary.h"
+#include "learner/state/state_study.h"
 #include "learner/study/study_file.h"
+#include "learner/study/task_table.h"
 #include "learner/worker_program/task_survey.h"
 
 namespace treeroll {
@@ -58,6 +65,7 @@ class LearnerDaemon : private learner::EffectHandler {
     bus.url = options.lcm_url;
     bus.channels = {Channel::kRewardBatch, Channel::kWorkerStatus, Channel::kDefinitionRequest,
                     Channel::kDefinitionReport};
+    bus.among_programs = true;
     bus.on_message = [this](const protocol::Message& message) { receive(message); };
     Result<std::unique_ptr<transport::Bus>> opened = open_bus(loop_, std::move(bus));
     if (!opened) throw ConfigError("--lcm-url", options.lcm_url, opened.error().message);
@@ -66,25 +74,36 @@ class LearnerDaemon : private learner::EffectHandler {
     core_ = std::make_unique<learner::LearnerCore>(std::move(study), settings_);
   }
 
-  /// Takes the journal for this learner alone.
-  void lock_journal(const fs::path& path) { journal_.emplace(path); }
+  /// The loop gives the signals up, which would then end a learner that is done.
+  ~LearnerDaemon() override { block_stop_signals(); }
+  LearnerDaemon(const LearnerDaemon&) = delete;
+  LearnerDaemon& operator=(const LearnerDaemon&) = delete;
 
-  /// Folds what the journal holds, and begins to write.
-  void continue_journal(const fs::path& path, const ContentHash& study_id) {
-    const JournalTail tail = fold_journal(path, study_id, loop_.now(), *core_);
+  /// Folds what the journal holds, and begins to write: of a study that is extended first what it
+  /// becomes.
+  void continue_journal(std::unique_ptr<JournalWriter> journal, const StateFiles& files,
+                        const StateStudy& state) {
+    journal_ = std::move(journal);
+    const JournalTail tail = fold_state(files, state, loop_.now(), *core_);
     if (tail.torn_bytes > 0) {
-      spdlog::warn("{}: cut off {} bytes that an interrupted learner left", path.string(),
-                   tail.torn_bytes);
+      spdlog::warn("{}: cut off {} bytes{} that an interrupted learner left",
+                   files.journal.string(), tail.torn_bytes,
+                   tail.torn_bytes_are_zero ? ", all of them 0," : "");
     }
     journal_->continue_after(tail);
-    journal_->append(JournalStart{kAlgorithmVersion, study_id, settings_.learner_id},
+    journal_->append(JournalStart{.study_id = state.in_journal.id,
+                                  .learner_id = settings_.learner_id,
+                                  .program = cut_text(program_version(), kProgramBytesMax)},
                      wall_time_us());
+    if (state.in_journal.is_before_extension) {
+      journal_->append(write_extension(files, state, program_version()), wall_time_us());
+    }
     journal_->sync();
   }
 
   void run() {
     if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
-    loop_.on_signals({SIGINT, SIGTERM}, [this](int signal) { stop(signal); });
+    loop_.on_signals(stop_signals(), [this](int signal) { stop(signal); });
     if (options_.local_workers > 0) {
       loop_.on_signals({SIGCHLD}, [this](int) {
         if (local_worker_) watch_local_worker();
@@ -157,6 +176,8 @@ class LearnerDaemon : private learner::EffectHandler {
 
   void append(const AcceptedResult& result) override { journal_->append(result, wall_time_us()); }
 
+  void append(const KnownWorker& worker) override { journal_->append(worker, wall_time_us()); }
+
   void append(const LearningTime& time) override { journal_->append(time, wall_time_us()); }
 
   void flush() override {
@@ -172,16 +193,7 @@ class LearnerDaemon : private learner::EffectHandler {
     }
   }
 
-  void log(const LogLine& line) override {
-    switch (line.level) {
-      case LogLine::Level::kInfo:
-        return spdlog::info("{}", line.text);
-      case LogLine::Level::kWarning:
-        return spdlog::warn("{}", line.text);
-      case LogLine::Level::kError:
-        return spdlog::error("{}", line.text);
-    }
-  }
+  void log(const LogLine& line) override { log_line(line); }
 
   /// A learner that cannot write must not go on; called inside a catch.
   void fail() {
@@ -202,7 +214,7 @@ class LearnerDaemon : private learner::EffectHandler {
   const LearnerOptions& options_;
   std::unique_ptr<transport::Bus> bus_;
   std::unique_ptr<learner::LearnerCore> core_;
-  std::optional<JournalWriter> journal_;
+  std::unique_ptr<JournalWriter> journal_;
   std::optional<LocalWorker> local_worker_;
   ProgressLine progress_;
   bool answer_is_due_ = false;
@@ -232,58 +244,110 @@ void salvage(const fs::path& journal) {
       kept.num_records, kept.bytes_kept, kept.bytes_lost, kept.whole.string());
 }
 
+/// An error after which everything that was learnt is in the journal: of a full disk, say.
+std::string resumable(const std::string& error, const fs::path& directory) {
+  return fmt::format("{}; what is in the journal is kept, go on with --resume {}", error,
+                     directory.string());
+}
+
 }  // namespace
 
 int run_learner(const LearnerOptions& options) {
+  end_when_stopped(kExitStopped, "asked to end while it was starting: nothing is lost\n");
   const bool resumes = !options.resume_dir.empty();
-  if (resumes) check_resumable(options.resume_dir);
-  const LoadedStudy loaded =
-      load_study(resumes ? study_of(options.resume_dir) : options.study_file, options.overrides);
+  StateFiles files;
+  StateStudy state;
+  std::unique_ptr<JournalWriter> journal;
+  if (resumes) {
+    // Locked first: what a study is, its journal says too.
+    check_resumable(options.resume_dir);
+    files = state_files(options.resume_dir);
+    journal = std::make_unique<JournalWriter>(files.journal);
+    if (options.salvage) salvage(files.journal);
+    state = read_state_study(files, options.overrides);
+  } else {
+    state.loaded = load_study(options.study_file, options.overrides);
+    files.directory = options.state_dir.empty()
+                          ? fs::path("treeroll-runs") / state.loaded.study.name
+                          : options.state_dir;
+    files.journal = journal_of(files.directory);
+  }
+  LoadedStudy& loaded = state.loaded;
   learner::LearnerSettings settings;
   settings.learner_id = draw_learner_id();
-  settings.known_tasks = survey_tasks(loaded, options.worker_program, options.needs_worker_program);
-  fs::path directory = resumes ? options.resume_dir : options.state_dir;
-  if (directory.empty()) directory = fs::path("treeroll-runs") / loaded.study.name;
-  if (!resumes) check_state_directory(directory);
+  settings.host = host_name();
+  settings.pid = getpid();
+  const std::map<std::string, DescribedTask> tasks =
+      survey_tasks(loaded, options.worker_program, options.needs_worker_program);
+  settings.known_tasks = resumes ? descriptions_of(tasks) : resolve_tasks(loaded, tasks);
+  const std::string resolved = resumes ? std::string() : loaded.resolved.to_toml(program_version());
+  if (!resumes) check_state_directory(files.directory);
 
   LearnerDaemon daemon(loaded.study, settings, options);
-  make_directories_durably(directory);
-  daemon.lock_journal(journal_of(directory));
   if (!resumes) {
-    check_state_directory(directory);  // again: another learner may have been faster to the lock
-    write_atomically(study_of(directory), loaded.resolved_toml);  // and the journal's name lasts
+    make_directories_durably(files.directory);
+    journal = std::make_unique<JournalWriter>(files.journal);
+    check_state_directory(files.directory);  // again: another learner may have been faster
+    // And the journal's name lasts.
+    write_atomically(study_of(files.directory), resolved);
+    state.in_journal = {study_id_of(files.directory), loaded.study.repetitions};
   }
-  if (options.salvage) salvage(journal_of(directory));
-  daemon.continue_journal(journal_of(directory),
-                          content_hash(read_whole_file(study_of(directory))));
-  spdlog::info("learner {:x}, study {}: {} conditions x {} repetitions, {} {}", settings.learner_id,
+  daemon.continue_journal(std::move(journal), files, state);
+  spdlog::info("learner {}, study {}: {} conditions x {} repetitions, {} {}", settings.learner_id,
                loaded.study.name, loaded.study.conditions.size(), loaded.study.repetitions,
-               resumes ? "goes on in" : "results go to", directory.string());
+               resumes ? "goes on in" : "results go to", files.directory.string());
+  if (!state.extension.empty()) spdlog::info("extended: {}", state.extension);
   log_fits(loaded);
+  if (const std::string condition = unresolved_condition(loaded); !condition.empty()) {
+    spdlog::warn(
+        "condition {}: the study does not hold what its task makes of the settings, so that "
+        "workers of other defaults are not noticed ({})",
+        condition,
+        resumes ? "it was begun without a worker program that knows the task, or by version 0.1.0"
+                : "no worker program here knows the task: --worker-program");
+  }
   if (resumes) {
     spdlog::info("{} roll-outs are in the journal", daemon.core().counters().applied);
   }
 
   const auto start = std::chrono::steady_clock::now();
-  daemon.run();
+  try {
+    daemon.run();
+  } catch (const BadInput&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(resumable(error.what(), files.directory));
+  }
   const double elapsed_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::vector<RunRecord> runs = daemon.core().run_records();
-  const StudySummary summary{loaded.study.name, summarize(runs), daemon.core().counters(),
-                             daemon.core().worker_records(), elapsed_s};
-  if (const std::string failures = write_results(directory, runs); !failures.empty()) {
-    throw std::runtime_error(failures);
+  const StudySummary summary{loaded.study.name,
+                             summarize(runs, daemon.core().noisy_conditions()),
+                             daemon.core().counters(),
+                             daemon.core().worker_records(),
+                             elapsed_s,
+                             daemon.core().results_by_class()};
+  if (const std::string failures = write_results(files.directory, runs); !failures.empty()) {
+    throw std::runtime_error(resumable(failures, files.directory));
   }
   daemon.seal_journal();
-  // Last: whoever reads it may have gone, which ends us at once (SIGPIPE).
+  // Last: whoever reads it may have gone, which is an error then.
   fmt::print("{}", options.json ? to_json(summary) + "\n" : to_table(summary.conditions));
+  if (!options.json && summary.results_by_class.size() > 1) {
+    fmt::print("numeric classes: {}: bits depend on who evaluated what\n",
+               class_list(summary.results_by_class));
+  }
   flush_standard_output();
   if (daemon.core().outcome() != learner::LearnerCore::Outcome::kDone) {
     spdlog::warn("stopped early with {} roll-outs; go on with --resume {}", summary.ledger.applied,
-                 directory.string());
+                 files.directory.string());
     return kExitStopped;
   }
-  spdlog::info("done in {:.1f} s: {}", elapsed_s, directory.string());
+  spdlog::info("done in {:.1f} s: {}", elapsed_s, files.directory.string());
+  if (const std::string why = why_nothing_was_learnt(summary.conditions); !why.empty()) {
+    spdlog::error("nothing was learnt: {}", why);
+    return kExitNothingLearnt;
+  }
   return kExitDone;
 }
 

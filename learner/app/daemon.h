@@ -7,6 +7,8 @@ namespace treeroll {
 /// Exit status of treeroll-learner beside those of common/program/program.h: early, on request;
 /// --resume goes on.
 inline constexpr int kExitStopped = 3;
+/// No roll-out of the study had a positive reward.
+inline constexpr int kExitNothingLearnt = 4;
 
 /// Learns a study, a new one or one that was interrupted: loads and checks it, opens the bus, folds
 /// what the journal holds, starts local workers, runs the core until every run is done or it is

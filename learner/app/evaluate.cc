@@ -4,16 +4,22 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "common/base/config_error.h"
-#include "common/base/rollout_status.h"
 #include "common/files/atomic_file.h"
 #include "common/program/standard_output.h"
 #include "learner/results/csv.h"
+#include "learner/results/run_counts.h"
+#include "learner/results/state_directory.h"
+#include "learner/results/summary.h"
 #include "learner/study/policy_file.h"
 #include "learner/study/study_file.h"
 #include "learner/worker_program/task_survey.h"
@@ -83,6 +89,83 @@ void write_trace(const fs::path& path, const RolloutTrace& trace) {
   file.commit();
 }
 
+/// A policy of a run and the other one that the run has left beside it.
+struct Relation {
+  std::string what;  ///< empty: it is none of a run
+  std::string other_what;
+  fs::path other;  ///< empty: there is none
+};
+
+Relation relation_of(const fs::path& file) {
+  constexpr std::string_view kBest = "best roll-out";
+  constexpr std::string_view kFinal = "final mean policy";
+  const std::string path = file.string();
+  const std::size_t end = path.size() - std::min(path.size(), kFinalPolicyEnding.size());
+  if (path.substr(end) == kFinalPolicyEnding) {
+    const fs::path other = path.substr(0, end) + ".json";
+    return {std::string(kFinal), std::string(kBest), fs::exists(other) ? other : fs::path()};
+  }
+  fs::path other = file;
+  other.replace_extension(kFinalPolicyEnding);
+  if (!fs::exists(other)) return {};
+  return {std::string(kBest), std::string(kFinal), other};
+}
+
+/// What is said of a policy.
+struct Worth {
+  fs::path policy_file;
+  std::string condition;
+  std::string task;
+  std::vector<Outcome> outcomes;  ///< by seed
+};
+
+std::string in_words(const Outcome& outcome) {
+  const std::string status(name(outcome.status()));
+  return outcome.reason().empty() ? status : status + ": " + outcome.reason();
+}
+
+void print(const Worth& worth, bool as_json) {
+  const Relation relation = relation_of(worth.policy_file);
+  const std::vector<Outcome>& outcomes = worth.outcomes;
+  const double reward = mean_reward(outcomes).value_or(0);
+  const std::optional<Interval> interval = mean_interval_95(rewards_of(outcomes));
+  const auto failed = std::ranges::find_if(outcomes, [](const Outcome& o) { return !o.is_ok(); });
+  const auto num_failed =
+      std::ranges::count_if(outcomes, [](const Outcome& o) { return !o.is_ok(); });
+  const Outcome& shown = failed == outcomes.end() ? outcomes.front() : *failed;
+  if (as_json) {
+    json said{{"policy", worth.policy_file.string()},
+              {"condition", worth.condition},
+              {"task", worth.task},
+              {"reward", reward},
+              {"status", name(shown.status())},
+              {"reason", shown.reason()},
+              {"evaluations", outcomes.size()},
+              {"failed", num_failed},
+              {"interval_95", nullptr},
+              {"policy_is", nullptr},
+              {"beside", nullptr}};
+    if (interval) said["interval_95"] = {interval->low, interval->high};
+    if (!relation.what.empty()) said["policy_is"] = relation.what;
+    if (!relation.other.empty()) said["beside"] = relation.other.string();
+    return fmt::print("{}\n", said.dump(-1, ' ', false, json::error_handler_t::replace));
+  }
+  std::string policy = worth.policy_file.string();
+  if (!relation.what.empty()) policy += ", the " + relation.what;
+  if (!relation.other.empty()) {
+    policy += fmt::format("; the {} is {}", relation.other_what, relation.other.string());
+  }
+  fmt::print("policy  {}\ntask    {}\nreward  {}", policy, worth.task, reward);
+  if (outcomes.size() > 1) {
+    fmt::print(" {}, the mean of {} evaluations", shown_interval(interval), outcomes.size());
+  }
+  fmt::print("\nstatus  {}", in_words(shown));
+  if (outcomes.size() > 1 && num_failed > 0) {
+    fmt::print(" ({} of {} evaluations failed)", num_failed, outcomes.size());
+  }
+  fmt::print("\n");
+}
+
 }  // namespace
 
 void evaluate_policy(const EvaluateOptions& options) {
@@ -93,36 +176,38 @@ void evaluate_policy(const EvaluateOptions& options) {
   const Condition& condition = loaded.study.conditions[chosen];
   const TaskDescription task = [&] {
     try {
-      return describe_task(condition.task_content, options.worker_program);
+      return describe_task(condition.task_content, options.worker_program).description;
     } catch (const ConfigError& error) {
       throw condition_error(loaded, chosen, error);
     }
   }();
   check_dims(*file.policy, task, options.policy_file);
 
-  const PolicyEvaluation outcome = evaluate_with(options.worker_program, task,
-                                                 {.task_content = condition.task_content,
-                                                  .policy_text = file.text,
-                                                  .seed = options.seed,
-                                                  .trace = !options.trace_file.empty()});
-  if (!outcome.complaint.empty()) spdlog::warn("{}", outcome.complaint);
-  if (!options.trace_file.empty()) {
-    if (outcome.trace.columns.empty() && outcome.status == name(RolloutStatus::kOk)) {
-      throw ConfigError("--trace", options.trace_file.string(), "this task records no trace");
+  std::vector<Outcome> outcomes;
+  for (int i = 0; i < options.evaluations; ++i) {
+    const PolicyEvaluation done = evaluate_with(options.worker_program, task,
+                                                {.task_content = condition.task_content,
+                                                 .policy_text = file.text,
+                                                 .seed = options.seed + i,
+                                                 .trace = i == 0 && !options.trace_file.empty()});
+    outcomes.push_back(done.outcome);
+    if (i == 0 && !options.trace_file.empty()) {
+      if (done.trace.columns.empty() && done.outcome.is_ok()) {
+        throw ConfigError("--trace", options.trace_file.string(), "this task records no trace");
+      }
+      if (!done.trace.columns.empty()) write_trace(options.trace_file, done.trace);
     }
-    if (!outcome.trace.columns.empty()) write_trace(options.trace_file, outcome.trace);
+  }
+  if (!task.deterministic && options.evaluations == 1) {
+    spdlog::warn(
+        "the task is not deterministic: one evaluation is luck, --evaluations 20 says more");
   }
   const std::string task_name = json::parse(condition.task_content)["name"].get<std::string>();
-  if (options.json) {
-    const json said{{"policy", options.policy_file.string()},
-                    {"condition", condition.name},
-                    {"task", task_name},
-                    {"reward", outcome.reward},
-                    {"status", outcome.status}};
-    fmt::print("{}\n", said.dump(-1, ' ', false, json::error_handler_t::replace));
-  } else {
-    fmt::print("task    {}\nreward  {}\nstatus  {}\n", task_name, outcome.reward, outcome.status);
-  }
+  print(Worth{.policy_file = options.policy_file,
+              .condition = condition.name,
+              .task = task_name,
+              .outcomes = std::move(outcomes)},
+        options.json);
   flush_standard_output();
 }
 

@@ -8,8 +8,12 @@
 namespace treeroll {
 namespace {
 
-void describe(CommandLine& line, EvaluateOptions& options) {
-  line.add("POLICY", options.policy_file, "Policy file (JSON), policies/*.json of a study")
+constexpr int kEvaluationsMax = 10'000;
+
+void describe_evaluate(CommandLine& line, EvaluateOptions& options) {
+  line.add("POLICY", options.policy_file,
+           "Policy file (JSON); of a study's run: policies/CONDITION-REPETITION.json, the "
+           "best roll-out, and policies/CONDITION-REPETITION.final.json, the final mean policy")
       .required();
   line.add("STUDY", options.study_file, "Study file (TOML) that names the task").required();
   line.add("--condition", options.condition,
@@ -20,6 +24,10 @@ void describe(CommandLine& line, EvaluateOptions& options) {
       .shows_default();
   line.add("--seed", options.seed, "For tasks that are not deterministic")
       .between(0, std::numeric_limits<std::int64_t>::max())
+      .shows_default();
+  line.add("--evaluations", options.evaluations,
+           "Evaluate it so often, with the seeds from --seed on: mean and 95 % interval")
+      .between(1, kEvaluationsMax)
       .shows_default();
   line.add("--trace", options.trace_file,
            "Write states, inputs and cost over time to this file (CSV)");
@@ -33,7 +41,7 @@ int evaluate_main(int argc, char** argv) {
       argc, argv,
       {.name = "treeroll-evaluate",
        .purpose = "Says what a policy is worth on the task of a study, and what it does.",
-       .options = [&](CommandLine& line) { describe(line, options); },
+       .options = [&](CommandLine& line) { describe_evaluate(line, options); },
        .work =
            [&] {
              evaluate_policy(options);

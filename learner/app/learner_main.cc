@@ -9,7 +9,7 @@
 namespace treeroll {
 namespace {
 
-void describe(CommandLine& line, LearnerOptions& options) {
+void describe_learner(CommandLine& line, LearnerOptions& options) {
   const Option study = line.add("STUDY", options.study_file, "Study file (TOML)");
   const Option state_dir =
       line.add("--state-dir", options.state_dir,
@@ -27,12 +27,16 @@ void describe(CommandLine& line, LearnerOptions& options) {
            "Worker executable that knows the task [treeroll-worker beside this one]");
   line.add("--lcm-url", options.lcm_url,
            "LCM URL [LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0]");
-  const Option set =
-      line.add("--set", options.overrides, "KEY=VALUE overrides a key of the study, TOML value")
-          .one_value_each_time();
-  resume.excludes(study).excludes(state_dir).excludes(set);
+  line.add("--set", options.overrides,
+           "KEY=VALUE overrides a key of the study, TOML value; with --resume it extends the "
+           "study: more study.rollouts, study.repetitions or study.stop_after_s")
+      .one_value_each_time();
+  resume.excludes(study).excludes(state_dir);
   line.add("--json", options.json, "Print the summary as JSON on standard output");
   line.require_any("STUDY or --resume DIR", {study, resume});
+  line.end_help_with(
+      "Exit status: 0 done; 2 bad input, nothing was started; 3 stopped early, --resume goes on; 4 "
+      "done, but no roll-out had a positive reward; 1 anything else.");
 }
 
 int learn(LearnerOptions options) {
@@ -50,7 +54,7 @@ int learner_main(int argc, char** argv) {
                   {.name = "treeroll-learner",
                    .purpose = "Learns the runs of a study with every worker on the LCM bus.",
                    .log_name = "learner",
-                   .options = [&](CommandLine& line) { describe(line, options); },
+                   .options = [&](CommandLine& line) { describe_learner(line, options); },
                    .work = [&] { return learn(options); }});
 }
 

@@ -7,16 +7,26 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/shown_reward.h"
+
 namespace treeroll {
 namespace {
 
-/// Often at first, once a minute after ten minutes: a study of days fits a screen.
-Duration period(double elapsed_s) {
+/// Between two lines: often at first, once a minute after ten minutes, so that a study of days fits
+/// a screen. One that is held in place is drawn whenever it changes.
+Duration period(bool in_place, double elapsed_s) {
+  if (in_place) return {};
   const double seconds = std::clamp(elapsed_s / 10, 2., 60.);
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
 }
 
 constexpr Duration kWarningPeriod = std::chrono::seconds(5);
+
+std::string bar(double share) {
+  constexpr int kWidth = 20;
+  const auto full = static_cast<std::size_t>(std::clamp(share, 0., 1.) * kWidth);
+  return "[" + std::string(full, '#') + std::string(kWidth - full, '.') + "] ";
+}
 
 std::string as_time(double seconds) {
   if (seconds < 100) return fmt::format("{:.0f} s", seconds);
@@ -24,53 +34,76 @@ std::string as_time(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600);
 }
 
+/// ", 12 failed, 3 discarded, the last: run 0 (tree, repetition 0), roll-out 7: diverged".
+std::string failures(const protocol::LearnerStatus& status) {
+  std::string text;
+  if (status.num_failed > 0) text += fmt::format(", {} failed", status.num_failed);
+  if (status.num_discarded > 0) text += fmt::format(", {} discarded", status.num_discarded);
+  if (!status.last_failure.empty()) text += fmt::format(" (the last: {})", status.last_failure);
+  return text;
+}
+
+std::string as_rate(double per_s) {
+  if (per_s >= 1) return fmt::format("{:.0f} roll-outs/s", per_s);
+  if (per_s >= 1. / 60) return fmt::format("{:.1f} roll-outs/min", 60 * per_s);
+  return fmt::format("{:.1f} roll-outs/h", 3600 * per_s);
+}
+
 }  // namespace
+
+ProgressLine::ProgressLine() : in_place_(has_status_line()) {}
+
+ProgressLine::~ProgressLine() {
+  if (in_place_) show_status_line("");
+}
 
 void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
   if (!status.waiting_for.empty() && (!last_warned_ || now - *last_warned_ >= kWarningPeriod)) {
-    warn(now, "waiting", fmt::format("waiting: {}", status.waiting_for));
+    log_.add(now, LogLine::Level::kWarning, "waiting",
+             fmt::format("waiting: {}", status.waiting_for));
     last_warned_ = now;
   }
   if (!last_shown_) {
     last_shown_ = now;
     return;
   }
-  if (now - *last_shown_ < period(status.elapsed_s)) return;
-  const double rate =
-      static_cast<double>(status.num_applied - shown_applied_) / to_seconds(now - *last_shown_);
-  rate_ = shown_applied_ == 0 ? rate : rate_ + .3 * (rate - rate_);
+  const std::int64_t num_done = status.num_applied + status.num_evaluated;
+  const std::int64_t num_in_all = status.num_rollouts + status.num_evaluations;
+  pace_.note(now, num_done, status.num_evaluators);
+  if (now - *last_shown_ < period(in_place_, status.elapsed_s)) return;
   last_shown_ = now;
-  shown_applied_ = status.num_applied;
-  if (status.num_applied == 0) return;  // the warning above says why
-  const auto left = static_cast<double>(status.num_rollouts - status.num_applied);
-  spdlog::info(
-      "{} of {} roll-outs ({:.0f} %), {} of {} runs done, best {:.3f}; {} workers with {} "
-      "evaluators, "
-      "{:.0f} roll-outs/s, {} left",
-      status.num_applied, status.num_rollouts,
-      100. * static_cast<double>(status.num_applied) / static_cast<double>(status.num_rollouts),
-      status.num_runs_done, status.num_runs, status.best_reward, status.num_workers,
-      status.num_evaluators, rate_, rate_ > 0 ? as_time(left / rate_) : "an unknown time");
+  if (num_done == 0) return;  // the warning above says why
+  const double share = static_cast<double>(num_done) / static_cast<double>(num_in_all);
+  const std::string text = fmt::format(
+      "{} of {} roll-outs ({:.0f} %), {} of {} runs done, {}{}; {} workers with {} evaluators{}",
+      num_done, num_in_all, 100. * share, status.num_runs_done, status.num_runs,
+      status.best_reward > 0 ? "best " + shown_reward(status.best_reward)
+                             : "no positive reward yet",
+      failures(status), status.num_workers, status.num_evaluators, pace(num_in_all - num_done));
+  if (in_place_) return show_status_line(bar(share) + text);
+  spdlog::info("{}", text);
+}
+
+/// ", 313 roll-outs/s, 13 s left"; nothing while that is not known.
+std::string ProgressLine::pace(std::int64_t num_left) const {
+  const std::optional<double> per_s = pace_.per_s();
+  if (!per_s || *per_s <= 0) return "";
+  return fmt::format(", {}, {} left", as_rate(*per_s),
+                     as_time(static_cast<double>(num_left) / *per_s));
 }
 
 void ProgressLine::show(const transport::BusStatistics& bus, TimePoint now) {
   if (bus.num_rejected > shown_bus_.num_rejected) {
-    warn(now, "refusals of datagrams",
-         fmt::format("{} datagrams refused so far, the last: {}", bus.num_rejected,
-                     bus.last_rejection));
+    log_.add(now, LogLine::Level::kWarning, "refusals of datagrams",
+             fmt::format("{} datagrams refused so far, the last: {}", bus.num_rejected,
+                         bus.last_rejection));
   }
   if (bus.num_unsent > shown_bus_.num_unsent) {
-    warn(now, "failures to send",
-         fmt::format("{} messages not sent so far, the last: {}", bus.num_unsent,
-                     bus.last_publish_error));
+    log_.add(now, LogLine::Level::kWarning, "failures to send",
+             fmt::format("{} messages not sent so far, the last: {}", bus.num_unsent,
+                         bus.last_publish_error));
   }
   shown_bus_ = bus;
-}
-
-void ProgressLine::warn(TimePoint now, std::string_view kind, std::string text) {
-  std::vector<LogLine> lines;
-  limiter_.add(now, {LogLine::Level::kWarning, kind, std::move(text)}, lines);
-  for (const LogLine& line : lines) spdlog::warn("{}", line.text);
 }
 
 }  // namespace treeroll

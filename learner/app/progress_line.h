@@ -1,33 +1,38 @@
 #pragma once
 
 #include <optional>
-#include <string>
-#include <string_view>
 
-#include "common/base/log_limiter.h"
 #include "common/base/time.h"
+#include "common/program/log.h"
 #include "common/protocol/messages.h"
 #include "common/transport/bus.h"
+#include "learner/core/pace.h"
 
 namespace treeroll {
 
 /// Turns learner status messages into lines on standard error, fewer the longer it takes: how far
-/// the study is, how fast it goes and when it will be done; and why, while nothing moves.
+/// the study is, how fast it goes and when it will be done; and why, while nothing moves. On a
+/// terminal how far it is stands in one line with a bar, which is there as long as this.
 class ProgressLine {
  public:
+  ProgressLine();
+  ~ProgressLine();
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
   void show(const protocol::LearnerStatus& status, TimePoint now);
   /// A warning whenever datagrams were refused or could not be sent since the last call.
   void show(const transport::BusStatistics& bus, TimePoint now);
 
  private:
-  void warn(TimePoint now, std::string_view kind, std::string text);
+  std::string pace(std::int64_t num_left) const;
 
+  const bool in_place_;
   std::optional<TimePoint> last_shown_;
   std::optional<TimePoint> last_warned_;
-  double rate_ = 0;  // roll-outs per second, running mean
-  std::int64_t shown_applied_ = 0;
+  learner::Pace pace_;
   transport::BusStatistics shown_bus_;
-  LogLimiter limiter_;
+  LimitedLog log_;
 };
 
 }  // namespace treeroll

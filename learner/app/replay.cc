@@ -1,65 +1,67 @@
 #include "learner/app/replay.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <vector>
 
 #include "common/base/config_error.h"
-#include "common/base/rollout_status.h"
-#include "common/files/atomic_file.h"
 #include "common/files/whole_file.h"
 #include "common/program/standard_output.h"
+#include "learner/app/export_rollouts.h"
+#include "learner/app/replayed_policy.h"
 #include "learner/journal/journal_fold.h"
-#include "learner/results/csv.h"
+#include "learner/journal/journal_origins.h"
 #include "learner/results/state_directory.h"
 #include "learner/results/summary.h"
-#include "learner/study/study_file.h"
+#include "learner/state/state_study.h"
 
 namespace treeroll {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Places {
-  fs::path journal;
-  fs::path study;
-  fs::path directory;
-};
-
-Places find(const fs::path& path) {
-  const fs::path directory = fs::is_directory(path) ? path : path.parent_path();
-  const Places places{fs::is_directory(path) ? journal_of(path) : path, study_of(directory),
-                      directory};
-  if (!fs::is_regular_file(places.journal)) {
+StateFiles find(const fs::path& path) {
+  const StateFiles files = state_files(path);
+  if (!fs::is_regular_file(files.journal)) {
     throw ConfigError("PATH", path.string(), "must be a journal or a folder that holds one");
   }
-  return places;
+  return files;
 }
 
 /// What a journal tells of itself, without its study.
 struct Contents {
   std::int64_t num_results = 0;
   std::int64_t num_failed = 0;
-  int num_seals = 0;                          ///< clean ends
+  std::int64_t num_discarded = 0;  ///< trials that were void
+  int num_seals = 0;               ///< clean ends
+  int num_extensions = 0;
   std::vector<protocol::LearnerId> learners;  ///< one after the other
   std::optional<LearningTime> time;           ///< the last noted
+  JournalOrigins origins;
 };
 
 void count(const JournalRecord& record, Contents& contents) {
+  contents.origins.add(record);
   if (const auto* start = std::get_if<JournalStart>(&record)) {
     contents.learners.push_back(start->learner_id);
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
     contents.time = *time;
   } else if (const auto* result = std::get_if<AcceptedResult>(&record)) {
+    if (result->outcome.is_discarded()) {
+      ++contents.num_discarded;
+      return;
+    }
     ++contents.num_results;
     if (!result->outcome.is_ok()) ++contents.num_failed;
   } else if (std::holds_alternative<JournalSeal>(record)) {
     ++contents.num_seals;
+  } else if (std::holds_alternative<JournalExtension>(record)) {
+    ++contents.num_extensions;
   }
 }
 
@@ -109,126 +111,143 @@ std::optional<int> compare_results(const fs::path& directory, const std::vector<
   return agree ? std::optional(num_files) : std::nullopt;
 }
 
-void say(const Places& places, const JournalTail& tail, const Contents& contents) {
+void say(const StateFiles& files, const JournalTail& tail, const Contents& contents) {
   fmt::print("journal    {}\nrecords    {}, {} bytes{}\nlearners   {}\nroll-outs  {}, {} failed\n",
-             places.journal.string(), tail.num_records, tail.intact_bytes,
+             files.journal.string(), tail.num_records, tail.intact_bytes,
              tail.sealed           ? ", sealed"
              : tail.torn_bytes > 0 ? fmt::format(", then {} torn bytes", tail.torn_bytes)
                                    : ", not sealed: interrupted, or a learner is at work",
              contents.learners.size(), contents.num_results, contents.num_failed);
+  fmt::print("programs   treeroll {}\n", fmt::join(contents.origins.programs(), ", "));
+  if (contents.num_results > 0) {
+    fmt::print("classes    {}\n", class_list(contents.origins.results_by_class()));
+  }
+  if (contents.num_discarded > 0) fmt::print("discarded  {} trials\n", contents.num_discarded);
   if (contents.time) fmt::print("learning   {:.1f} s\n", to_seconds(contents.time->elapsed));
+  if (contents.num_extensions > 0) fmt::print("extended   {} times\n", contents.num_extensions);
 }
 
 /// A text file, say: nothing in it is a record.
-bool is_journal(const Places& places, const JournalTail& tail) {
-  if (tail.num_records > 0) return true;
-  spdlog::error("{}: is no journal: not one record is in its {} bytes", places.journal.string(),
-                tail.torn_bytes);
-  return false;
+void require_journal(const StateFiles& files, const JournalTail& tail) {
+  if (tail.num_records > 0) return;
+  throw std::runtime_error(fmt::format("{}: is no journal: not one record is in its {} bytes",
+                                       files.journal.string(), tail.torn_bytes));
 }
 
-bool verify(const Places& places) {
-  const LoadedStudy loaded = load_study(places.study, {});
-  learner::LearnerCore core(loaded.study, learner::LearnerSettings{});
-  Contents contents;
-  JournalTail tail;
-  try {
-    tail = fold_journal(places.journal, content_hash(read_whole_file(places.study)), TimePoint{},
-                        core, [&](const JournalRecord& record) { count(record, contents); });
-  } catch (const std::runtime_error& error) {
-    spdlog::error("{}", error.what());
-    return false;
+/// Compares the start policies that the study holds with what a fit gives now.
+/// @return how many were fitted; nothing if one differs, which is said
+std::optional<int> compare_starts(const StateFiles& files, const LoadedStudy& stored) {
+  const LoadedStudy fitted =
+      load_study(study_of(files.directory), {}, learnable_policies(), StoredStarts::kFittedAgain);
+  int num_fits = 0;
+  bool agree = true;
+  for (std::size_t i = 0; i < stored.study.conditions.size(); ++i) {
+    if (!stored.demonstrations[i]) continue;
+    ++num_fits;
+    if (to_json(*stored.study.conditions[i].start) == to_json(*fitted.study.conditions[i].start) &&
+        stored.log_likelihoods[i] == fitted.log_likelihoods[i]) {
+      continue;
+    }
+    spdlog::error("{}: condition {} starts from another policy than a fit gives",
+                  study_of(files.directory).string(), stored.study.conditions[i].name);
+    agree = false;
   }
-  if (!is_journal(places, tail)) return false;
-  say(places, tail, contents);
+  return agree ? std::optional(num_fits) : std::nullopt;
+}
+
+void say_missing(const learner::LearnerCore& core, const StateFiles& files) {
+  const std::string missing = what_is_missing(core.study(), core.run_records());
+  if (missing.empty()) return;
+  fmt::print("missing    {}: treeroll-learner --resume {} goes on\n", missing,
+             files.directory.string());
+}
+
+bool verify(const StateFiles& files, bool refit) {
+  const StateStudy state = read_state_study(files);
+  learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
+  Contents contents;
+  const JournalTail tail =
+      fold_state(files, state, TimePoint{}, core,
+                 {.after = [&](const JournalRecord& record) { count(record, contents); }});
+  require_journal(files, tail);
+  say(files, tail, contents);
+  for (const std::string& extension : verify_earlier_studies(files, state)) {
+    fmt::print("extension  {}\n", extension);
+  }
   fmt::print("verified   every draw and update is that of the study and the rewards\n");
+  if (refit) {
+    const std::optional<int> num_fits = compare_starts(files, state.loaded);
+    if (!num_fits) return false;
+    fmt::print("starts     {} fits give what the study holds\n", *num_fits);
+  }
+  say_missing(core, files);
   if (!tail.sealed && contents.num_seals > 0) {
     fmt::print("results    not compared: they are those of an earlier stop\n");
     return true;
   }
-  if (!fs::exists(places.directory / "runs.csv")) {
+  if (!fs::exists(files.directory / "runs.csv")) {
     fmt::print("results    no files yet\n");
     return true;
   }
-  const std::optional<int> num_files = compare_results(places.directory, core.run_records());
+  const std::optional<int> num_files = compare_results(files.directory, core.run_records());
   if (num_files) fmt::print("results    {} files agree\n", *num_files);
   return num_files.has_value();
 }
 
-std::string line_of(const AcceptedResult& result, protocol::LearnerId learner, bool as_json) {
-  const std::string_view status = name(result.outcome.status());
-  if (!as_json) {
-    return fmt::format(
-        "{},{},{},{},{:x},{:x}\n", result.key.run, result.key.number, result.outcome.reward(),
-        status, static_cast<std::uint64_t>(result.worker_id), static_cast<std::uint64_t>(learner));
-  }
-  const nlohmann::ordered_json line{
-      {"run", result.key.run},
-      {"rollout", result.key.number},
-      {"reward", result.outcome.reward()},
-      {"status", status},
-      {"worker", fmt::format("{:x}", static_cast<std::uint64_t>(result.worker_id))},
-      {"learner", fmt::format("{:x}", static_cast<std::uint64_t>(learner))}};
-  return line.dump() + "\n";
-}
-
-bool export_results(const Places& places, const ReplayOptions& options) {
-  std::optional<AtomicFile> file;
-  if (!options.output_file.empty()) file.emplace(options.output_file);
-  const auto write = [&](const std::string& text) {
-    if (file) return file->append(text);
-    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) {
-      throw std::runtime_error("cannot write to standard output");
-    }
-  };
-  const bool as_json = options.export_format == "jsonl";
-  if (!as_json) write("run,rollout,reward,status,worker,learner\n");
-  protocol::LearnerId learner = 0;
-  const Result<JournalTail> tail = read_journal(places.journal, [&](const JournalRecord& record) {
-    if (const auto* start = std::get_if<JournalStart>(&record)) learner = start->learner_id;
-    if (const auto* result = std::get_if<AcceptedResult>(&record)) {
-      write(line_of(*result, learner, as_json));
-    }
-  });
-  if (!tail) {
-    spdlog::error("{}", tail.error().message);
-    return false;
-  }
-  if (!is_journal(places, *tail)) return false;
-  if (file) file->commit();
-  return true;
-}
-
-bool summarize_journal(const Places& places) {
+void summarize_journal(const StateFiles& files) {
   Contents contents;
   const Result<JournalTail> tail =
-      read_journal(places.journal, [&](const JournalRecord& record) { count(record, contents); });
-  if (!tail) {
-    spdlog::error("{}", tail.error().message);
-    return false;
-  }
-  if (!is_journal(places, *tail)) return false;
-  say(places, *tail, contents);
-  if (!fs::exists(places.study)) return true;
-  const LoadedStudy loaded = load_study(places.study, {});
-  learner::LearnerCore core(loaded.study, learner::LearnerSettings{});
-  try {
-    fold_journal(places.journal, content_hash(read_whole_file(places.study)), TimePoint{}, core);
-  } catch (const std::runtime_error& error) {
-    spdlog::error("{}", error.what());
-    return false;
-  }
+      read_journal(files.journal, [&](const JournalRecord& record) { count(record, contents); });
+  if (!tail) throw std::runtime_error(tail.error().message);
+  require_journal(files, *tail);
+  say(files, *tail, contents);
+  if (!fs::exists(study_of(files.directory))) return;
+  const StateStudy state = read_state_study(files);
+  learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
+  fold_state(files, state, TimePoint{}, core);
+  say_missing(core, files);
   fmt::print("\n{}", to_table(summarize(core.run_records())));
-  return true;
+}
+
+void write_results_so_far(const StateFiles& files, const fs::path& directory) {
+  if (fs::exists(directory) && !(fs::is_directory(directory) && fs::is_empty(directory))) {
+    throw ConfigError("--results", directory.string(), "must be a new or empty directory");
+  }
+  const StateStudy state = read_state_study(files);
+  learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
+  require_journal(files, fold_state(files, state, TimePoint{}, core));
+  fs::create_directories(directory);
+  if (const std::string failures = write_results(directory, core.run_records());
+      !failures.empty()) {
+    throw std::runtime_error(failures);
+  }
+  say_missing(core, files);
 }
 
 }  // namespace
 
 bool replay(const ReplayOptions& options) {
-  const Places places = find(options.path);
-  const bool agreed = options.verify                  ? verify(places)
-                      : options.export_format.empty() ? summarize_journal(places)
-                                                      : export_results(places, options);
+  const bool has_output =
+      !options.export_format.empty() || !options.rollout.empty() || !options.start.empty();
+  if (!options.output_file.empty() && !has_output) {
+    throw ConfigError("--output", options.output_file.string(),
+                      "must stand beside --export, --policy or --start");
+  }
+  const StateFiles files = find(options.path);
+  bool agreed = true;
+  if (options.verify) {
+    agreed = verify(files, options.refit);
+  } else if (!options.export_format.empty()) {
+    export_rollouts(files, options.export_format == "jsonl", options.output_file);
+  } else if (!options.rollout.empty()) {
+    write_policy_of_rollout(files, options.rollout, options.output_file);
+  } else if (!options.start.empty()) {
+    write_start_policy(files, options.start, options.output_file);
+  } else if (!options.results_dir.empty()) {
+    write_results_so_far(files, options.results_dir);
+  } else {
+    summarize_journal(files);
+  }
   flush_standard_output();
   return agreed;
 }

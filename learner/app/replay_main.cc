@@ -6,17 +6,39 @@ namespace {
 
 constexpr int kExitDiffers = 1;
 
-void describe(CommandLine& line, ReplayOptions& options) {
+void describe_replay(CommandLine& line, ReplayOptions& options) {
   line.add("PATH", options.path, "State directory, or a journal beside its study.toml").required();
   const Option verify =
       line.add("--verify", options.verify,
                "Recompute every perturbation and update, and compare the result files");
-  const Option format = line.add("--export", options.export_format,
-                                 "Print the results in the order of their acceptance")
-                            .one_of({"csv", "jsonl"})
-                            .excludes(verify);
-  line.add("--output", options.output_file, "File of the export, instead of standard output")
-      .needs(format);
+  line.add("--refit", options.refit,
+           "With --verify: fit the start policies again and compare them with the study's")
+      .needs(verify);
+  const Option format =
+      line.add("--export", options.export_format,
+               "Print a row a roll-out: reward, theta, mean and noise it was drawn from, worker")
+          .one_of({"csv", "jsonl"})
+          .excludes(verify);
+  const Option rollout =
+      line.add("--policy", options.rollout,
+               "RUN:ROLLOUT: print the policy of this roll-out; -1: the final one")
+          .excludes(verify)
+          .excludes(format);
+  const Option start =
+      line.add("--start", options.start, "CONDITION: print the policy that it begins with")
+          .excludes(verify)
+          .excludes(format)
+          .excludes(rollout);
+  const Option results =
+      line.add("--results", options.results_dir,
+               "New directory for the result files of what has been learnt so far")
+          .excludes(verify)
+          .excludes(format)
+          .excludes(rollout)
+          .excludes(start);
+  line.add("--output", options.output_file, "File of what is asked for, not standard output")
+      .excludes(verify)
+      .excludes(results);
 }
 
 int replay_main(int argc, char** argv) {
@@ -25,8 +47,9 @@ int replay_main(int argc, char** argv) {
       argc, argv,
       {.name = "treeroll-replay",
        .purpose =
-           "Reads a learner's journal: what is in it, and whether every step follows from it.",
-       .options = [&](CommandLine& line) { describe(line, options); },
+           "Reads a learner's journal, also while it is written: what is in it, and whether every "
+           "step follows from it.",
+       .options = [&](CommandLine& line) { describe_replay(line, options); },
        .work = [&] { return replay(options) ? kExitDone : kExitDiffers; }});
 }
 

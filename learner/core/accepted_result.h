@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "common/base/outcome.h"
 #include "common/protocol/messages.h"
@@ -13,6 +14,9 @@ struct AcceptedResult {
   std::int64_t content = 0;  ///< of the question: a fold recomputes and compares it
   Outcome outcome;
   protocol::WorkerId worker_id = 0;
+  /// Wall time of the evaluation, for people: nothing follows from it. Journals of earlier versions
+  /// do not tell it.
+  std::optional<std::int64_t> duration_ns = std::nullopt;
   bool operator==(const AcceptedResult&) const = default;
 };
 

@@ -26,7 +26,8 @@ std::vector<protocol::RolloutBatch> pack(
     batches.back().acknowledgements.push_back(acknowledgement);
   }
   for (protocol::RolloutRequest& request : requests) {
-    make_room(protocol::rollout_request_bytes(request.theta.size()),
+    make_room(request.theta_id ? protocol::kRequestByNameBytes
+                               : protocol::rollout_request_bytes(request.theta.size()),
               &protocol::RolloutBatch::rollouts, protocol::kRolloutsPerBatchMax);
     batches.back().rollouts.push_back(std::move(request));
   }

@@ -6,10 +6,12 @@ void carry_out(const Effects& effects, EffectHandler& handler) {
   bool appended = false;
   for (const Effect& effect : effects) {
     const auto* result = std::get_if<AppendResult>(&effect);
+    const auto* worker = std::get_if<AppendWorker>(&effect);
     const auto* time = std::get_if<AppendTime>(&effect);
     if (result) handler.append(result->result);
+    if (worker) handler.append(worker->worker);
     if (time) handler.append(time->time);
-    appended = appended || result || time;
+    appended = appended || result || worker || time;
   }
   if (appended) handler.flush();
   for (const Effect& effect : effects) {

@@ -16,29 +16,28 @@ constexpr Duration kLeaseMax = std::chrono::hours(24);
 /// Roll-outs queued at an evaluator cover this much of the network's delay, and of the time in
 /// which a lost message is noticed and sent again.
 constexpr double kCoveredDelaySeconds = 20e-3;
+/// More than any window: the others come first.
+constexpr double kLoadOfSecondChoice = 1e6;
 constexpr int kDepthMin = 2;
 constexpr int kDepthMax = 64;
 /// A request in the kernel's receive buffer, with its bookkeeping there.
 constexpr int kRequestBytes = 1024;
 
-bool knows(const WorkerEntry& worker, const Question& question) {
-  return !worker.refused.contains(question.task_id) && !worker.refused.contains(question.policy_id);
-}
-
 /// A worker and what it has, including what has just been chosen for it.
 struct Seat {
   WorkerEntry* worker = nullptr;
-  std::size_t num_leased = 0;
+  std::size_t num_out = 0;
 };
 
-/// Workers that are alive and have room, least loaded first.
+/// Workers that are alive and have room, least loaded first, those that lose leases or are late
+/// last.
 class Candidates {
  public:
   Candidates(const Ledger& ledger, WorkerTable& workers, const DispatchFacts& facts)
       : now_(facts.now), rollout_time_s_(facts.rollout_time_s) {
     seats_.reserve(workers.all().size());
     for (auto& [id, worker] : workers.all()) {
-      seats_.push_back({&worker, ledger.leases_of(id).size()});
+      seats_.push_back({&worker, num_out(ledger, id)});
       put(seats_.back());
     }
   }
@@ -53,10 +52,10 @@ class Candidates {
 
   /// Precondition: !empty(). Null if all have refused a definition.
   Seat* least_loaded(const Question& question) const {
-    if (knows(*heap_.front().seat->worker, question)) return heap_.front().seat;
+    if (knows(*heap_.front().seat, question)) return heap_.front().seat;
     const Candidate* least = nullptr;
     for (const Candidate& candidate : heap_) {
-      if (is_stale(candidate) || !knows(*candidate.seat->worker, question)) continue;
+      if (is_stale(candidate) || !knows(*candidate.seat, question)) continue;
       if (!least || Later{}(*least, candidate)) least = &candidate;
     }
     return least ? least->seat : nullptr;
@@ -68,11 +67,12 @@ class Candidates {
         seats_.begin(), seats_.end(), id,
         [](const Seat& seat, protocol::WorkerId wanted) { return seat.worker->id < wanted; });
     if (found == seats_.end() || found->worker->id != id) return nullptr;
-    return room(*found) > 0 && knows(*found->worker, question) ? &*found : nullptr;
+    if (!found->worker->is_first_choice()) return nullptr;
+    return room(*found) > 0 && knows(*found, question) ? &*found : nullptr;
   }
 
   void give(Seat& seat) {
-    ++seat.num_leased;
+    ++seat.num_out;
     --seat.worker->free_slots;
     put(seat);
   }
@@ -89,14 +89,18 @@ class Candidates {
     }
   };
 
+  static bool knows(const Seat& seat, const Question& question) {
+    return seat.worker->knows(question.task_id, question.policy_id);
+  }
   int room(const Seat& seat) const {
     const WorkerEntry& worker = *seat.worker;
-    if (!worker.usable() || worker.last_heard + protocol::kWorkerAlive <= now_) return 0;
-    return std::min(window(worker, rollout_time_s_) - static_cast<int>(seat.num_leased),
-                    worker.free_slots);
+    if (!worker.usable() || !worker.is_alive(now_)) return 0;
+    const int share = worker.hearing.share_of(window(worker, rollout_time_s_));
+    return std::min(share - static_cast<int>(seat.num_out), worker.free_slots);
   }
   static double load(const Seat& seat) {
-    return static_cast<double>(seat.num_leased) / seat.worker->num_evaluators;
+    const double load = static_cast<double>(seat.num_out) / seat.worker->num_evaluators;
+    return seat.worker->is_first_choice() ? load : load + kLoadOfSecondChoice;
   }
   /// What has been given since stands once more, behind.
   static bool is_stale(const Candidate& candidate) {
@@ -138,6 +142,10 @@ Duration lease_duration(const WorkerEntry& worker, std::size_t num_leased, doubl
                   std::chrono::duration_cast<Duration>(std::chrono::duration<double>(lease_s)));
 }
 
+std::size_t num_out(const Ledger& ledger, protocol::WorkerId worker) {
+  return ledger.leases_of(worker).size() + ledger.copies_at(worker).size();
+}
+
 std::vector<Ledger::Assignment> assign(const Ledger& ledger, WorkerTable& workers,
                                        const DispatchFacts& facts) {
   std::vector<Ledger::Assignment> chosen;
@@ -154,7 +162,7 @@ std::vector<Ledger::Assignment> assign(const Ledger& ledger, WorkerTable& worker
     candidates.give(*seat);
     chosen.push_back(
         {place, seat->worker->id,
-         facts.now + lease_duration(*seat->worker, seat->num_leased, facts.rollout_time_s)});
+         facts.now + lease_duration(*seat->worker, seat->num_out, facts.rollout_time_s)});
   }
   return chosen;
 }

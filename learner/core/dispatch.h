@@ -16,6 +16,8 @@ struct DispatchFacts {
   double rollout_time_s = 0;  ///< running mean over all answers; 0 while none is known
   /// Tasks whose description is known; the others wait.
   const std::map<ContentHash, TaskDescription>* tasks = nullptr;
+  /// Running mean of each task's roll-outs, once one has been answered.
+  const std::map<ContentHash, double>* task_times_s = nullptr;
 };
 
 /// How many roll-outs may be at a worker at once: enough that no evaluator waits for the network,
@@ -27,10 +29,14 @@ int window(const WorkerEntry& worker, double rollout_time_s);
 /// @param num_leased  what it has already
 Duration lease_duration(const WorkerEntry& worker, std::size_t num_leased, double rollout_time_s);
 
-/// Who gets which of the ready roll-outs: the least loaded worker that is alive, has room and has
-/// not refused the definitions. A re-issued one goes back to the worker that had it while that
-/// worker is heard of, because it may hold it already or have the answer in its store. Reduces
-/// `free_slots` in `workers`; the leases are for Ledger::lease() to note.
+/// How many roll-outs it has of ours as far as is known, copies of answered ones among them.
+std::size_t num_out(const Ledger& ledger, protocol::WorkerId worker);
+
+/// Who gets which of the ready roll-outs: the least loaded worker that is alive, hears, has room
+/// and has not refused the definitions; one that has lost leases or is late only if no other has
+/// room. A re-issued one goes back to the worker that had it while nothing speaks against that
+/// worker, because it may hold it already or have the answer in its store. Reduces `free_slots` in
+/// `workers`; the leases are for Ledger::lease() to note.
 std::vector<Ledger::Assignment> assign(const Ledger& ledger, WorkerTable& workers,
                                        const DispatchFacts& facts);
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "common/base/check.h"
-#include "common/base/random_stream.h"
 #include "common/protocol/timings.h"
 
 namespace treeroll::learner {
@@ -15,12 +14,27 @@ namespace {
 /// How long roll-outs under way are waited for when the learner is asked to stop.
 constexpr Duration kStopGrace = std::chrono::seconds(5);
 
+LearnerSettings with_class(LearnerSettings settings, const std::string& numeric_class) {
+  settings.numeric_class = numeric_class;
+  return settings;
+}
+
+bool answers(const ResultRecovered& event, const Question& question) {
+  const std::int64_t asked =
+      event.run_then ? content_under(question, {*event.run_then, event.result.key.number})
+                     : question.content;
+  return asked == event.result.content;
+}
+
 }  // namespace
 
 LearnerCore::LearnerCore(Study study, LearnerSettings settings)
     : study_(std::move(study)),
       learner_id_(settings.learner_id),
-      workforce_(std::move(settings), *this) {
+      host_(settings.host),
+      pid_(settings.pid),
+      on_applied_(settings.on_applied),
+      workforce_(with_class(std::move(settings), study_.numeric_class), *this) {
   for (const Condition& condition : study_.conditions) {
     task_ids_.push_back(workforce_.add_task(condition.task_content));
   }
@@ -59,7 +73,8 @@ void LearnerCore::on(const Turn& turn, const Started&) {
 void LearnerCore::on(const Turn& turn, const ResultRecovered& event) {
   const AcceptedResult& result = event.result;
   const Ledger::Entry* open = ledger().find(result.key);
-  if (!open || open->question.content != result.content) {
+  if (!open || !answers(event, open->question)) {
+    if (event.may_be_superseded) return;
     return fail(fmt::format("the journal answers run {} roll-out {}, which this study {}",
                             result.key.run, result.key.number,
                             open ? "draws with other numbers" : "does not ask for at this place"));
@@ -72,7 +87,11 @@ void LearnerCore::on(const Turn& turn, const ResultRecovered& event) {
         facts->reward_max));
   }
   workforce_.withdraw(result.key);
-  take(turn, result, kUnknownClass);
+  take(turn, result, workforce_.class_of(result));
+}
+
+void LearnerCore::on(const Turn&, const WorkerRecovered& event) {
+  workforce_.recover(event.worker);
 }
 
 void LearnerCore::on(const Turn& turn, const MessageReceived& event) {
@@ -122,7 +141,7 @@ void LearnerCore::finish_if_stopped(const Turn& turn) {
   if (!stop_at_ || outcome_ != Outcome::kRunning) return;
   if (ledger().num_leased() > 0 && turn.now < *stop_at_) return;
   read_clock(turn);
-  publish_status(turn);
+  publish_last_words(turn);
   end(Outcome::kStopped);
 }
 
@@ -138,7 +157,18 @@ std::optional<Answer> LearnerCore::answer_of(protocol::RolloutKey key) const {
 void LearnerCore::take(const Turn& turn, const AcceptedResult& result, int numeric_class) {
   Run& run = runs_[result.key.run];
   changed_runs_.insert(result.key.run);
-  num_applied_ += run.accept(result.key.number, result.outcome, numeric_class);
+  if (!result.outcome.is_ok()) note_failure(turn, run, result);
+  const bool were_all_in = num_applied_ == num_rollouts_;
+  const std::size_t num_switches = run.exploration().switches().size();
+  std::function<void(int)> on_applied;
+  if (on_applied_) on_applied = [&](int number) { on_applied_(run, number); };
+  num_applied_ += run.accept(result.key.number, result.outcome, numeric_class, on_applied);
+  num_evaluated_ += result.key.number < 0 && !result.outcome.is_discarded() ? 1 : 0;
+  if (at_work_since_) tell_of_switches(turn, run, num_switches);
+  if (!were_all_in && num_applied_ == num_rollouts_ && at_work_since_) {
+    turn.inform("final evaluations",
+                "all roll-outs are in; what remains is to evaluate the policies they have led to");
+  }
   if (run.done()) {
     finish_run(turn, run);
   } else {
@@ -173,13 +203,28 @@ void LearnerCore::draw(const Turn& turn, Run& run) {
     Question question;
     question.task_id = task_ids_[run.condition()];
     question.policy_id = ids[draw.layer];
-    question.task_seed = static_cast<std::int64_t>(
-        RandomStream(study_.seed, static_cast<std::uint32_t>(run.repetition()),
-                     static_cast<std::uint32_t>(draw.rollout), RandomPurpose::kTaskSeed)
-            .next_bits());
     question.theta = std::move(draw.theta);
-    seal(question, key);
+    for (int trial = 0; trial <= run.num_discards(draw.rollout); ++trial) {
+      if (trial > 0) question.discarded.push_back(question.content);
+      question.task_seed = task_seed(study_, run.repetition(), draw.rollout, trial);
+      seal(question, key);
+    }
     workforce_.ask(key, std::move(question));
+  }
+}
+
+/// @param from  switches before are known
+void LearnerCore::tell_of_switches(const Turn& turn, const Run& run, std::size_t from) const {
+  const explore::Exploration& exploration = run.exploration();
+  const Condition& condition = study_.conditions[run.condition()];
+  for (std::size_t i = from; i < exploration.switches().size(); ++i) {
+    const int left = condition.exploration.first_layer + static_cast<int>(i);
+    turn.inform(
+        "layer switches",
+        fmt::format("run {} ({}, repetition {}): layer {} is left after {} roll-outs, the "
+                    "slope is {:.3g}; layer {} is explored",
+                    run.index(), condition.name, run.repetition(), left,
+                    exploration.switches()[i] + 1, exploration.slopes_at_switches()[i], left + 1));
   }
 }
 
@@ -188,15 +233,19 @@ void LearnerCore::finish_run(const Turn& turn, Run& run) {
   policy_ids_[run.index()].clear();
   ++num_done_;
   publish_run(turn, run.index());
+  say_if_start_is_not_beaten(turn, run);
   if (num_done_ < static_cast<int>(runs_.size())) return;
-  publish_status(turn);
+  publish_last_words(turn);
   end(Outcome::kDone);
 }
 
 LedgerCounters LearnerCore::counters() const {
   LedgerCounters counters = ledger().counters;
   counters.applied = num_applied_;
-  for (const Run& run : runs_) counters.failed += run.num_failed();
+  for (const Run& run : runs_) {
+    counters.failed += run.num_failed();
+    counters.discarded += run.num_discarded();
+  }
   counters.pending = counters.issued - counters.applied;
   return counters;
 }
@@ -206,6 +255,15 @@ std::vector<RunRecord> LearnerCore::run_records() const {
   records.reserve(runs_.size());
   for (const Run& run : runs_) records.push_back(run.record());
   return records;
+}
+
+std::set<std::string> LearnerCore::noisy_conditions() const {
+  std::set<std::string> noisy;
+  for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
+    const TaskDescription* facts = workforce_.facts_of(task_ids_[c]);
+    if (facts && !facts->deterministic) noisy.insert(study_.conditions[c].name);
+  }
+  return noisy;
 }
 
 }  // namespace treeroll::learner

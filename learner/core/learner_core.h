@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -22,7 +24,7 @@ namespace treeroll::learner {
 ///
 ///   LearnerCore core(study, settings);
 ///   core.step(now, Started{}, effects);
-///   ... ResultRecovered and TimeRecovered for each record of a journal, then
+///   ... ResultRecovered, WorkerRecovered and TimeRecovered for each record of a journal, then
 ///   core.step(now, RecoveryFinished{}, effects);
 ///   ... for each event, and TimerFired at core.next_deadline():
 ///   core.step(now, event, effects);  // carry_out() and clear the effects
@@ -51,7 +53,14 @@ class LearnerCore : private Client {
   const Study& study() const { return study_; }
   LedgerCounters counters() const;
   const Ledger& ledger() const { return workforce_.ledger(); }
+  const std::vector<Run>& runs() const { return runs_; }
   std::vector<RunRecord> run_records() const;
+  /// Accepted results by the numeric class of their workers, as far as it is known.
+  const std::map<std::string, std::int64_t>& results_by_class() const {
+    return workforce_.classes().counts();
+  }
+  /// Names of those whose task has been described as not deterministic.
+  std::set<std::string> noisy_conditions() const;
   std::vector<WorkerRecord> worker_records() const {
     return workforce_.workers().records(started_at_);
   }
@@ -60,6 +69,7 @@ class LearnerCore : private Client {
   // learner_core.cc: what happens.
   void on(const Turn& turn, const Started& event);
   void on(const Turn& turn, const ResultRecovered& event);
+  void on(const Turn& turn, const WorkerRecovered& event);
   void on(const Turn& turn, const MessageReceived& event);
   void on(const Turn& turn, const InboxDrained& event);
   void on(const Turn& turn, const TimerFired& event);
@@ -76,7 +86,10 @@ class LearnerCore : private Client {
                   const TaskDescription& facts) override;
 
   void draw(const Turn& turn, Run& run);
+  void tell_of_switches(const Turn& turn, const Run& run, std::size_t from) const;
   void finish_run(const Turn& turn, Run& run);
+  void note_failure(const Turn& turn, const Run& run, const AcceptedResult& result);
+  void say_if_start_is_not_beaten(const Turn& turn, const Run& run) const;
 
   // learner_core_time.cc: how long it has been.
   void on(const Turn& turn, const TimeRecovered& event);
@@ -87,12 +100,19 @@ class LearnerCore : private Client {
 
   // progress.cc: what watchers are told.
   void publish_status(const Turn& turn);
-  void publish_run(const Turn& turn, int run);
+  std::size_t publish_run(const Turn& turn, int run);
+  std::size_t publish_run_status(const Turn& turn, int run);
+  std::size_t publish_best(const Turn& turn, int run);
+  void repeat_runs(const Turn& turn, int num_runs, std::size_t bytes_max);
+  void publish_last_words(const Turn& turn);
 
   Study study_;
   protocol::LearnerId learner_id_;
+  std::string host_;
+  std::int32_t pid_ = 0;
   Outcome outcome_ = Outcome::kRunning;
   std::string failure_;
+  std::function<void(const Run&, int)> on_applied_;
 
   Workforce workforce_;
   std::vector<Run> runs_;
@@ -102,6 +122,7 @@ class LearnerCore : private Client {
   int num_done_ = 0;
   std::int64_t num_rollouts_ = 0;     // of all runs
   std::int64_t num_applied_ = 0;      // of those
+  std::int64_t num_evaluated_ = 0;    // outside the budget
   std::optional<TimePoint> stop_at_;  // stopping, no later than this
   TimePoint started_at_;
   std::optional<TimePoint> at_work_since_;  // of this incarnation, its recovery behind it
@@ -111,7 +132,10 @@ class LearnerCore : private Client {
   TimePoint next_status_;
   std::set<int> changed_runs_;  // since their last status message
   int last_status_run_ = -1;
+  int next_repeated_status_ = 0;  // by run: whose turn it is
+  int next_repeated_best_ = 0;
   std::map<int, double> announced_best_;
+  std::string last_failure_;  // in words; empty: none
   LogLimiter log_limiter_;
 };
 

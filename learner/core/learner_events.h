@@ -1,11 +1,14 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <variant>
 #include <vector>
 
 #include "common/base/turn.h"
 #include "common/protocol/messages.h"
 #include "learner/core/accepted_result.h"
+#include "learner/core/known_worker.h"
 #include "learner/core/learning_time.h"
 
 /// What a learner core is told, and what it wants done.
@@ -18,6 +21,15 @@ struct Started {};
 /// A result that an earlier incarnation accepted, in its order.
 struct ResultRecovered {
   AcceptedResult result;
+  /// The number its run had then. More repetitions number runs anew, and an answer names its
+  /// question with the number of that time. Nothing: as now.
+  std::optional<std::int32_t> run_then = std::nullopt;
+  /// An evaluation of a study that has been extended since: it counts only if it is asked for now.
+  bool may_be_superseded = false;
+};
+/// A worker whose results follow, as an earlier incarnation noted it.
+struct WorkerRecovered {
+  KnownWorker worker;
 };
 /// The same of the time it had counted.
 struct TimeRecovered {
@@ -38,13 +50,18 @@ struct JournalSynced {};
 /// No more roll-outs; the outcome follows once those under way are in.
 struct StopRequested {};
 
-using Event = std::variant<Started, ResultRecovered, TimeRecovered, RecoveryFinished,
-                           MessageReceived, InboxDrained, TimerFired, JournalSynced, StopRequested>;
+using Event =
+    std::variant<Started, ResultRecovered, WorkerRecovered, TimeRecovered, RecoveryFinished,
+                 MessageReceived, InboxDrained, TimerFired, JournalSynced, StopRequested>;
 
 // Effects, to be carried out by carry_out(), which knows their order.
 
 struct AppendResult {
   AcceptedResult result;
+};
+/// Before the first result of this worker.
+struct AppendWorker {
+  KnownWorker worker;
 };
 struct AppendTime {
   LearningTime time;
@@ -53,7 +70,7 @@ struct SendMessage {
   protocol::Message message;
 };
 
-using Effect = std::variant<AppendResult, AppendTime, SendMessage, LogLine>;
+using Effect = std::variant<AppendResult, AppendWorker, AppendTime, SendMessage, LogLine>;
 using Effects = std::vector<Effect>;
 
 using Turn = treeroll::Turn<Effect>;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -11,13 +12,21 @@
 
 namespace treeroll::learner {
 
+class Run;
+
 struct LearnerSettings {
   protocol::LearnerId learner_id = 0;
+  std::string host = {};  ///< for watchers
+  std::int32_t pid = 0;
   std::size_t batch_bytes_max = 0;  ///< of one roll-out batch that holds more than one roll-out
   /// Descriptions known beforehand, by task content; the others are asked of the workers.
   std::map<std::string, TaskDescription> known_tasks;
+  std::string numeric_class = "any";  ///< Study::numeric_class, set by the core
   /// Accepted results that may wait for JournalSynced; past it nothing is accepted or given out.
   std::int64_t unsynced_results_max = protocol::kUnsyncedResultsMax;
+  /// May be empty; else called with a run and the number of each of its results, once it is applied
+  /// and before the next one is.
+  std::function<void(const Run&, int)> on_applied = {};
 };
 
 }  // namespace treeroll::learner

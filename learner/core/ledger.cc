@@ -1,13 +1,24 @@
 #include "learner/core/ledger.h"
 
 #include <algorithm>
-#include <cstring>
+#include <utility>
 
 #include "common/base/check.h"
 
 namespace treeroll::learner {
 
 using protocol::RolloutKey;
+
+namespace {
+
+/// Precondition: the worker has one.
+Ledger::Lease& lease_at(Ledger::Entry& entry, protocol::WorkerId worker) {
+  const Ledger::Lease* lease = entry.lease_of(worker);
+  CHECK(lease != nullptr, "the worker has no lease of this roll-out");
+  return entry.leases[static_cast<std::size_t>(lease - entry.leases.data())];
+}
+
+}  // namespace
 
 void seal(Question& question, RolloutKey key) {
   std::string bytes;
@@ -23,13 +34,20 @@ void seal(Question& question, RolloutKey key) {
   question.content = short_form(content_hash(bytes));
 }
 
+std::int64_t content_under(const Question& question, RolloutKey key) {
+  Question asked = question;
+  seal(asked, key);
+  return asked.content;
+}
+
 void Ledger::draw(RolloutKey key, Question question) {
+  const bool is_first_trial = question.discarded.empty();
   Entry entry;
   entry.question = std::move(question);
   const bool is_new = entries_.emplace(key, std::move(entry)).second;
   CHECK(is_new, "a roll-out was drawn twice");
   ready_.push_back(key);
-  if (key.number >= 0) ++counters.issued;
+  if (key.number >= 0 && is_first_trial) ++counters.issued;
 }
 
 std::vector<protocol::RolloutRequest> Ledger::lease(TimePoint now,
@@ -43,75 +61,106 @@ std::vector<protocol::RolloutRequest> Ledger::lease(TimePoint now,
     for (; place < assignment.place; ++place) passed_over.push_back(ready_[place]);
     const RolloutKey key = ready_[place++];
     Entry& entry = entries_.at(key);
-    CHECK(!entry.lease, "a roll-out was leased twice");
-    entry.lease = Lease{assignment.worker, 0, now, assignment.deadline};
-    entry.last_worker = assignment.worker;
-    index(key, *entry.lease);
-
-    protocol::RolloutRequest request;
-    request.worker_id = assignment.worker;
-    request.key = key;
-    request.attempt = entry.attempt++;
-    request.content = entry.question.content;
-    request.task_id = entry.question.task_id;
-    request.policy_id = entry.question.policy_id;
-    request.task_seed = entry.question.task_seed;
-    request.theta.assign(entry.question.theta.data(),
-                         entry.question.theta.data() + entry.question.theta.size());
-    if (request.attempt > 0) ++counters.reissued;
-    requests.push_back(std::move(request));
+    CHECK(entry.leases.empty(), "a roll-out was leased twice");
+    requests.push_back(add_lease(now, key, entry, assignment.worker, assignment.deadline));
   }
   ready_.erase(ready_.begin(), ready_.begin() + static_cast<std::ptrdiff_t>(place));
   ready_.insert(ready_.begin(), passed_over.begin(), passed_over.end());
   return requests;
 }
 
-void Ledger::set_batch(RolloutKey key, std::int64_t batch) {
+protocol::RolloutRequest Ledger::lease_too(TimePoint now, RolloutKey key, protocol::WorkerId worker,
+                                           TimePoint deadline) {
   Entry& entry = entries_.at(key);
-  CHECK(entry.lease.has_value(), "only a leased roll-out travels in a batch");
-  entry.lease->batch = batch;
+  CHECK(!entry.leases.empty() && entry.leases.size() < kLeasesMax && !entry.lease_of(worker),
+        "a second lease is for a second worker");
+  return add_lease(now, key, entry, worker, deadline);
 }
 
-void Ledger::extend(RolloutKey key, protocol::WorkerId worker, TimePoint deadline) {
-  const auto found = entries_.find(key);
-  if (found == entries_.end()) return;
-  std::optional<Lease>& lease = found->second.lease;
-  if (!lease || lease->worker != worker) return;
-  deadlines_.erase({lease->deadline, key});
-  lease->deadline = deadline;
-  deadlines_.emplace(deadline, key);
+protocol::RolloutRequest Ledger::add_lease(TimePoint now, RolloutKey key, Entry& entry,
+                                           protocol::WorkerId worker, TimePoint deadline) {
+  entry.leases.push_back(
+      {.worker = worker, .batch = 0, .issued_at = now, .deadline = deadline, .confirmed = false});
+  entry.last_worker = worker;
+  deadlines_.emplace(deadline, key, worker);
+  leases_[worker].insert(key);
+
+  protocol::RolloutRequest request;
+  request.worker_id = worker;
+  request.key = key;
+  request.attempt = entry.attempt++;
+  request.content = entry.question.content;
+  request.task_id = entry.question.task_id;
+  request.policy_id = entry.question.policy_id;
+  request.task_seed = entry.question.task_seed;
+  request.theta.assign(entry.question.theta.data(),
+                       entry.question.theta.data() + entry.question.theta.size());
+  if (request.attempt > 0) ++counters.reissued;
+  return request;
 }
 
-void Ledger::take_back(RolloutKey key) {
+const Ledger::Lease* Ledger::Entry::lease_of(protocol::WorkerId worker) const {
+  const auto found = std::find_if(leases.begin(), leases.end(),
+                                  [worker](const Lease& lease) { return lease.worker == worker; });
+  return found == leases.end() ? nullptr : &*found;
+}
+
+void Ledger::set_batch(RolloutKey key, protocol::WorkerId worker, std::int64_t batch) {
+  lease_at(entries_.at(key), worker).batch = batch;
+}
+
+bool Ledger::confirm(RolloutKey key, protocol::WorkerId worker, TimePoint deadline) {
+  Lease& lease = lease_at(entries_.at(key), worker);
+  deadlines_.erase({lease.deadline, key, worker});
+  lease.deadline = deadline;
+  deadlines_.emplace(deadline, key, worker);
+  return !std::exchange(lease.confirmed, true);
+}
+
+void Ledger::take_back(RolloutKey key, protocol::WorkerId worker) {
   Entry& entry = entries_.at(key);
-  CHECK(entry.lease.has_value(), "only a leased roll-out can be taken back");
-  drop_from_indices(key, *entry.lease);
-  entry.lease.reset();
-  ready_.push_front(key);
+  const Lease& lease = lease_at(entry, worker);
+  drop_from_indices(key, lease);
+  entry.leases.erase(entry.leases.begin() + (&lease - entry.leases.data()));
+  if (entry.leases.empty()) {
+    ready_.push_front(key);
+  } else {
+    entry.last_worker = entry.leases.front().worker;
+  }
 }
 
-void Ledger::take_back_lost(RolloutKey key) {
-  take_back(key);
-  entries_.at(key).last_worker = 0;
+void Ledger::take_back_lost(RolloutKey key, protocol::WorkerId worker) {
+  take_back(key, worker);
+  Entry& entry = entries_.at(key);
+  if (entry.last_worker == worker) entry.last_worker = 0;
 }
 
 void Ledger::take_back_all(protocol::WorkerId worker) {
   const std::set<RolloutKey> leases = leases_of(worker);
-  for (const RolloutKey key : leases) take_back(key);
+  for (const RolloutKey key : leases) take_back(key, worker);
+  copies_.erase(worker);
 }
 
-std::vector<RolloutKey> Ledger::expire(TimePoint now) {
-  std::vector<RolloutKey> expired;
-  while (!deadlines_.empty() && deadlines_.begin()->first <= now) {
-    expired.push_back(deadlines_.begin()->second);
-    take_back(expired.back());
+void Ledger::take_back_unconfirmed(protocol::WorkerId worker) {
+  const std::set<RolloutKey> leases = leases_of(worker);
+  for (const RolloutKey key : leases) {
+    if (!find(key)->lease_of(worker)->confirmed) take_back(key, worker);
+  }
+}
+
+std::vector<Ledger::Expired> Ledger::expire(TimePoint now) {
+  std::vector<Expired> expired;
+  while (!deadlines_.empty() && std::get<TimePoint>(*deadlines_.begin()) <= now) {
+    const auto [deadline, key, worker] = *deadlines_.begin();
+    expired.push_back({key, *find(key)->lease_of(worker)});
+    take_back(key, worker);
   }
   return expired;
 }
 
 std::optional<TimePoint> Ledger::next_deadline() const {
   if (deadlines_.empty()) return std::nullopt;
-  return deadlines_.begin()->first;
+  return std::get<TimePoint>(*deadlines_.begin());
 }
 
 const std::set<RolloutKey>& Ledger::leases_of(protocol::WorkerId worker) const {
@@ -120,13 +169,8 @@ const std::set<RolloutKey>& Ledger::leases_of(protocol::WorkerId worker) const {
   return found == leases_.end() ? kNone : found->second;
 }
 
-void Ledger::index(RolloutKey key, const Lease& lease) {
-  deadlines_.emplace(lease.deadline, key);
-  leases_[lease.worker].insert(key);
-}
-
 void Ledger::drop_from_indices(RolloutKey key, const Lease& lease) {
-  deadlines_.erase({lease.deadline, key});
+  deadlines_.erase({lease.deadline, key, lease.worker});
   const auto of_worker = leases_.find(lease.worker);
   of_worker->second.erase(key);
   if (of_worker->second.empty()) leases_.erase(of_worker);
@@ -137,18 +181,31 @@ const Ledger::Entry* Ledger::find(RolloutKey key) const {
   return found == entries_.end() ? nullptr : &found->second;
 }
 
-Ledger::Entry Ledger::close(RolloutKey key) {
+Ledger::Entry Ledger::close(RolloutKey key, protocol::WorkerId from) {
   const auto found = entries_.find(key);
   CHECK(found != entries_.end(), "only an open roll-out can be closed");
   Entry entry = std::move(found->second);
-  if (entry.lease) {
-    drop_from_indices(key, *entry.lease);
-  } else {
-    // Taken back and answered after all, by the worker that had it: no longer ready.
-    ready_.erase(std::find(ready_.begin(), ready_.end(), key));
+  // Taken back and answered after all, by the worker that had it: no longer ready.
+  if (entry.leases.empty()) ready_.erase(std::find(ready_.begin(), ready_.end(), key));
+  for (const Lease& lease : entry.leases) {
+    drop_from_indices(key, lease);
+    if (lease.worker != from) copies_[lease.worker].emplace(key, lease.batch);
   }
   entries_.erase(found);
   return entry;
+}
+
+const std::map<RolloutKey, std::int64_t>& Ledger::copies_at(protocol::WorkerId worker) const {
+  static const std::map<RolloutKey, std::int64_t> kNone;
+  const auto found = copies_.find(worker);
+  return found == copies_.end() ? kNone : found->second;
+}
+
+void Ledger::forget_copy(RolloutKey key, protocol::WorkerId worker) {
+  const auto found = copies_.find(worker);
+  if (found == copies_.end()) return;
+  found->second.erase(key);
+  if (found->second.empty()) copies_.erase(found);
 }
 
 }  // namespace treeroll::learner

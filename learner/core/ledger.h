@@ -6,7 +6,7 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "common/base/content_hash.h"
@@ -23,15 +23,21 @@ struct Question {
   ContentHash task_id;
   ContentHash policy_id;
   std::int64_t task_seed = 0;
-  std::int64_t content = 0;  ///< short hash of all the rest; echoed by answers
+  std::int64_t content = 0;  ///< short hash of the fields above and theta; echoed by answers
   Eigen::VectorXd theta;
+  /// Contents of its earlier trials, whose seeds were others: discarded, each.
+  std::vector<std::int64_t> discarded;
 };
 
-/// Sets `content` from the other fields and the key.
+/// Sets `content`.
 void seal(Question& question, protocol::RolloutKey key);
 
+/// What `content` would be if the question were asked under this key.
+std::int64_t content_under(const Question& question, protocol::RolloutKey key);
+
 /// The book of every roll-out that has no answer yet: drawn -> ready -> leased -> answered, and
-/// back from leased to ready when the lease is lost. Knows no learning and no worker but by name.
+/// back from leased to ready when the lease is lost. A roll-out may be leased to a second worker
+/// too: then it is ready when both leases are lost. Knows no learning and no worker but by name.
 class Ledger {
  public:
   struct Lease {
@@ -39,15 +45,20 @@ class Ledger {
     std::int64_t batch = 0;  ///< sequence of the message that carried the request
     TimePoint issued_at;
     TimePoint deadline;
+    bool confirmed = false;  ///< its worker has said that it holds the roll-out
   };
+  static constexpr std::size_t kLeasesMax = 2;
   struct Entry {
     Question question;
-    int attempt = 0;  ///< of the next issue
-    std::optional<Lease> lease;
+    int attempt = 0;                     ///< of the next issue
+    std::vector<Lease> leases;           ///< at most kLeasesMax, of as many workers; none: ready
     protocol::WorkerId last_worker = 0;  ///< that held a lease and may have it yet; 0 none
+
+    /// Null if this worker has none.
+    const Lease* lease_of(protocol::WorkerId worker) const;
   };
 
-  /// A roll-out has been drawn. Precondition: its key is new.
+  /// A roll-out has been drawn, or is to be tried again. Precondition: its key is not open.
   void draw(protocol::RolloutKey key, Question question);
 
   /// Oldest first, re-issued ones before all others.
@@ -61,19 +72,29 @@ class Ledger {
   /// Carries the assignments out; the requests, in order, are for one or more batches whose
   /// sequence is told by set_batch() once they have one.
   std::vector<protocol::RolloutRequest> lease(TimePoint now, const std::vector<Assignment>& chosen);
-  void set_batch(protocol::RolloutKey key, std::int64_t batch);
+  /// Leases it to a second worker. Precondition: it is leased to one other worker.
+  protocol::RolloutRequest lease_too(TimePoint now, protocol::RolloutKey key,
+                                     protocol::WorkerId worker, TimePoint deadline);
+  void set_batch(protocol::RolloutKey key, protocol::WorkerId worker, std::int64_t batch);
 
-  /// Moves the end of a lease of this worker; nothing if it does not hold it.
-  void extend(protocol::RolloutKey key, protocol::WorkerId worker, TimePoint deadline);
-  /// Takes a lease back: the roll-out is ready again. Precondition: it is leased.
-  void take_back(protocol::RolloutKey key);
+  /// The holder says that it has it: moves the end of its lease. Whether it says so for the first
+  /// time. Precondition: the worker has a lease of it.
+  bool confirm(protocol::RolloutKey key, protocol::WorkerId worker, TimePoint deadline);
+  /// Takes a lease back: the roll-out is ready again unless another worker has one. Precondition:
+  /// the worker has a lease of it.
+  void take_back(protocol::RolloutKey key, protocol::WorkerId worker);
   /// The same where the holder says that it has neither the question nor its answer: nothing
   /// speaks for asking the same one again.
-  void take_back_lost(protocol::RolloutKey key);
-  /// Takes back what this worker has.
+  void take_back_lost(protocol::RolloutKey key, protocol::WorkerId worker);
+  /// Takes back what this worker has, or only what it has never said it holds.
   void take_back_all(protocol::WorkerId worker);
-  /// Takes back every lease whose deadline is not after `now`; the keys.
-  std::vector<protocol::RolloutKey> expire(TimePoint now);
+  void take_back_unconfirmed(protocol::WorkerId worker);
+  /// Takes back every lease whose deadline is not after `now`; as they were.
+  struct Expired {
+    protocol::RolloutKey key;
+    Lease lease;
+  };
+  std::vector<Expired> expire(TimePoint now);
   std::optional<TimePoint> next_deadline() const;
 
   /// What is leased to this worker. Valid until the next change of the ledger.
@@ -81,23 +102,31 @@ class Ledger {
   /// The open question of a key, or nothing.
   const Entry* find(protocol::RolloutKey key) const;
   /// An answer has been accepted: the entry goes. Precondition: find(key).
-  Entry close(protocol::RolloutKey key);
+  /// @param from  whose answer it was: another worker that has a lease keeps a copy
+  Entry close(protocol::RolloutKey key, protocol::WorkerId from = 0);
 
-  std::size_t num_leased() const { return deadlines_.size(); }
+  /// What this worker may be busy with although it has been answered: key, and the batch that
+  /// asked.
+  const std::map<protocol::RolloutKey, std::int64_t>& copies_at(protocol::WorkerId worker) const;
+  void forget_copy(protocol::RolloutKey key, protocol::WorkerId worker);
+
+  std::size_t num_leased() const { return entries_.size() - ready_.size(); }
 
   /// What the ledger sees of them: not applied, pending and failed, which only runs know.
   LedgerCounters counters;
 
  private:
-  void index(protocol::RolloutKey key, const Lease& lease);
+  protocol::RolloutRequest add_lease(TimePoint now, protocol::RolloutKey key, Entry& entry,
+                                     protocol::WorkerId worker, TimePoint deadline);
   void drop_from_indices(protocol::RolloutKey key, const Lease& lease);
 
   std::map<protocol::RolloutKey, Entry> entries_;
   std::deque<protocol::RolloutKey> ready_;
   // The leases of entries_ once more, in the order of their deadlines and by worker: timers and
   // heartbeats come often, and no walk over all that is open is made for one.
-  std::set<std::pair<TimePoint, protocol::RolloutKey>> deadlines_;
+  std::set<std::tuple<TimePoint, protocol::RolloutKey, protocol::WorkerId>> deadlines_;
   std::map<protocol::WorkerId, std::set<protocol::RolloutKey>> leases_;
+  std::map<protocol::WorkerId, std::map<protocol::RolloutKey, std::int64_t>> copies_;
 };
 
 }  // namespace treeroll::learner

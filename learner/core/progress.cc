@@ -6,15 +6,36 @@
 #include <utility>
 
 #include "common/base/cut_text.h"
+#include "common/base/shown_reward.h"
+#include "common/protocol/pieces.h"
 #include "learner/core/learner_core.h"
 #include "learner/core/waiting.h"
 
 namespace treeroll::learner {
 namespace {
 
-/// Status and best-policy messages in one period: watchers need no more, and thousands of runs
-/// must not crowd out roll-outs. Runs take turns.
-constexpr int kRunMessagesPerPeriod = 50;
+/// What watchers are told of runs in one period: thousands of runs must not crowd out roll-outs.
+/// Exceeded by one run's messages at most. What has changed goes first; runs take turns.
+constexpr std::size_t kRunBytesPerPeriod = 128 * 1024;
+/// Whoever has come late, or lost a message, hears of each run again after so many periods, or, of
+/// very many, as soon as the bytes allow.
+constexpr int kPeriodsPerRepetition = 4;
+
+/// Of a message on the wire beside its texts.
+constexpr std::size_t kFrameBytes = 192;
+
+/// @return bytes sent
+std::size_t send_in_pieces(const Turn& turn, protocol::BestPolicy best, const std::string& policy) {
+  const int num_pieces = protocol::num_pieces(policy.size());
+  best.policy_id = content_hash(policy);
+  best.policy_bytes = static_cast<std::int32_t>(policy.size());
+  for (best.index = 0; best.index < num_pieces; ++best.index) {
+    best.policy = protocol::piece_of(policy, best.index);
+    turn.effects.emplace_back(SendMessage{best});
+  }
+  return policy.size() +
+         static_cast<std::size_t>(num_pieces) * (kFrameBytes + best.condition.size());
+}
 
 protocol::RunStatus run_status(const Run& run, const Condition& condition) {
   const explore::Exploration& exploration = run.exploration();
@@ -37,53 +58,152 @@ protocol::RunStatus run_status(const Run& run, const Condition& condition) {
   return status;
 }
 
+/// "run 3 (tree, repetition 3)".
+std::string named(const Run& run, const Study& study) {
+  return fmt::format("run {} ({}, repetition {})", run.index(),
+                     study.conditions[static_cast<std::size_t>(run.condition())].name,
+                     run.repetition());
+}
+
+std::string named_rollout(int number) {
+  if (number == Run::kStart) return "the start policy";
+  return number < 0 ? "the final policy" : fmt::format("roll-out {}", number);
+}
+
 }  // namespace
 
-void LearnerCore::publish_run(const Turn& turn, int index) {
+/// Before the run takes it.
+void LearnerCore::note_failure(const Turn& turn, const Run& run, const AcceptedResult& result) {
+  const treeroll::Outcome& outcome = result.outcome;
+  const int number = result.key.number;
+  const std::string_view status = name(outcome.status());
+  std::string words = fmt::format("{}, {}: {}", named(run, study_), named_rollout(number), status);
+  if (!outcome.reason().empty()) words += ": " + outcome.reason();
+  const bool is_given_up =
+      outcome.is_discarded() && run.num_discards(number) >= study_.discards_max;
+  if (is_given_up) {
+    words += fmt::format("; more than {} of its trials are void{}", study_.discards_max,
+                         number < 0 ? "" : ", which ends the run");
+  }
+  if (!outcome.is_discarded() || is_given_up) last_failure_ = words;
+  if (!at_work_since_) return;  // an earlier incarnation has said it
+  if (is_given_up) return turn.warn("roll-outs given up", std::move(words));
+  turn.warn(status, std::move(words));
+}
+
+/// Of a task that is not deterministic one reward is luck: there only the table says it, of all
+/// repetitions together.
+void LearnerCore::say_if_start_is_not_beaten(const Turn& turn, const Run& run) const {
+  const TaskDescription* facts =
+      workforce_.facts_of(task_ids_[static_cast<std::size_t>(run.condition())]);
+  const std::optional<Answer> start = run.answer_of(Run::kStart);
+  const std::optional<Answer> final_policy = run.answer_of(Run::kFinal);
+  if (!at_work_since_ || !facts || !facts->deterministic || !start->outcome.is_ok()) return;
+  const explore::Exploration::Best& best = run.exploration().best();
+  const double best_reward = best.rollout >= 0 ? best.reward : 0;
+  const double final_reward = final_policy->outcome.reward();
+  if (std::max(best_reward, final_reward) > start->outcome.reward()) return;
+  turn.warn("runs that do not beat their start",
+            fmt::format("{} never beats its start policy, whose reward is {}: its best roll-out "
+                        "has {}, its final policy {}",
+                        named(run, study_), shown_reward(start->outcome.reward()),
+                        shown_reward(best_reward), shown_reward(final_reward)));
+}
+
+/// These return how many bytes they send.
+std::size_t LearnerCore::publish_run(const Turn& turn, int index) {
   changed_runs_.erase(index);
+  const std::size_t bytes = publish_run_status(turn, index);
+  const explore::Exploration::Best& best = runs_[index].exploration().best();
+  double& announced = announced_best_.try_emplace(index, -1).first->second;
+  if (best.rollout < 0 || best.reward <= announced) return bytes;
+  announced = best.reward;
+  return bytes + publish_best(turn, index);
+}
+
+std::size_t LearnerCore::publish_run_status(const Turn& turn, int index) {
   const Run& run = runs_[index];
   const Condition& condition = study_.conditions[run.condition()];
   protocol::RunStatus status = run_status(run, condition);
   status.learner_id = learner_id_;
   turn.effects.emplace_back(SendMessage{std::move(status)});
+  return kFrameBytes + condition.name.size();
+}
 
+std::size_t LearnerCore::publish_best(const Turn& turn, int index) {
+  const Run& run = runs_[index];
   const explore::Exploration::Best& best = run.exploration().best();
-  double& announced = announced_best_.try_emplace(index, -1).first->second;
-  if (best.rollout < 0 || best.reward <= announced) return;
-  announced = best.reward;
-  std::string policy = run.best_policy();
-  if (policy.empty()) return;
-  turn.effects.emplace_back(
-      SendMessage{protocol::BestPolicy{learner_id_, index, condition.name, run.repetition(),
-                                       best.rollout, best.reward, std::move(policy)}});
+  if (best.rollout < 0) return 0;
+  return send_in_pieces(turn,
+                        {.learner_id = learner_id_,
+                         .run = index,
+                         .condition = study_.conditions[run.condition()].name,
+                         .repetition = run.repetition(),
+                         .rollout = best.rollout,
+                         .reward = best.reward,
+                         .policy_id = {},
+                         .policy = {}},
+                        run.best_policy());
+}
+
+/// Of so many runs the status, then the best policy, as far as the bytes go.
+void LearnerCore::repeat_runs(const Turn& turn, int num_runs, std::size_t bytes_max) {
+  const auto take_turn = [this](int& next) {
+    const int index = next;
+    next = (next + 1) % static_cast<int>(runs_.size());
+    return index;
+  };
+  std::size_t bytes = 0;
+  for (int i = 0; i < num_runs && bytes < bytes_max; ++i) {
+    bytes += publish_run_status(turn, take_turn(next_repeated_status_));
+  }
+  for (int i = 0; i < num_runs && bytes < bytes_max; ++i) {
+    bytes += publish_best(turn, take_turn(next_repeated_best_));
+  }
+}
+
+/// Everything once more, as far as one period's bytes go.
+void LearnerCore::publish_last_words(const Turn& turn) {
+  repeat_runs(turn, static_cast<int>(runs_.size()), kRunBytesPerPeriod);
+  publish_status(turn);
 }
 
 void LearnerCore::publish_status(const Turn& turn) {
-  for (int sent = 0; sent < kRunMessagesPerPeriod && !changed_runs_.empty(); ++sent) {
+  std::size_t bytes = 0;
+  while (bytes < kRunBytesPerPeriod && !changed_runs_.empty()) {
     auto next = changed_runs_.upper_bound(last_status_run_);
     if (next == changed_runs_.end()) next = changed_runs_.begin();
     last_status_run_ = *next;
-    publish_run(turn, last_status_run_);
+    bytes += publish_run(turn, last_status_run_);
   }
+  const int num_repeated =
+      (static_cast<int>(runs_.size()) + kPeriodsPerRepetition - 1) / kPeriodsPerRepetition;
+  repeat_runs(turn, num_repeated, kRunBytesPerPeriod - std::min(bytes, kRunBytesPerPeriod));
 
   const LedgerCounters now_counted = counters();
   protocol::LearnerStatus status;
   status.learner_id = learner_id_;
+  status.host = host_;
+  status.pid = pid_;
   status.study = study_.name;
   status.waiting_for =
       cut_text(why_waiting(study_, task_ids_, workforce_, turn.now), protocol::kStringBytesMax);
   status.elapsed_s = to_seconds(turn.now - started_at_);
   status.num_runs = static_cast<std::int32_t>(runs_.size());
   status.num_runs_done = num_done_;
-  status.num_workers = static_cast<std::int32_t>(workforce_.workers().all().size());
+  status.num_workers = workforce_.workers().num_joined();
   status.num_evaluators = workforce_.workers().num_evaluators();
   status.num_rollouts = num_rollouts_;
+  status.num_evaluations = static_cast<std::int64_t>(runs_.size());
+  status.num_evaluated = num_evaluated_;
   status.num_issued = now_counted.issued;
   status.num_applied = now_counted.applied;
   status.num_pending = now_counted.pending;
   status.num_late = now_counted.late;
   status.num_duplicate = now_counted.duplicate;
   status.num_failed = now_counted.failed;
+  status.num_discarded = now_counted.discarded;
+  status.last_failure = cut_text(last_failure_, protocol::kStringBytesMax);
   status.num_rejected = now_counted.rejected;
   status.num_reissued = now_counted.reissued;
   status.num_conflicting = now_counted.conflicting;

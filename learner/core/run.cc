@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "common/base/check.h"
+#include "common/base/random_stream.h"
 
 namespace treeroll::learner {
 namespace {
@@ -12,40 +13,83 @@ explore::Exploration start(const Study& study, const Condition& condition, int r
                               static_cast<std::uint32_t>(repetition));
 }
 
+/// JSON of a layer's policy with this theta; empty if it makes none.
+std::string policy_text(const Policy& policy, const Eigen::VectorXd& theta) {
+  try {
+    return to_json(*policy.with(theta));
+  } catch (const std::invalid_argument&) {
+    return "";
+  }
+}
+
 }  // namespace
+
+std::int64_t task_seed(const Study& study, int repetition, int number, int trial) {
+  RandomStream stream(study.seed, static_cast<std::uint32_t>(repetition),
+                      static_cast<std::uint32_t>(number), RandomPurpose::kTaskSeed);
+  for (int i = 0; i < trial; ++i) stream.next_bits();
+  return static_cast<std::int64_t>(stream.next_bits());
+}
 
 Run::Run(const Study& study, int run)
     : study_(&study),
       index_(run),
       condition_(run / study.repetitions),
       repetition_(run % study.repetitions),
-      exploration_(start(study, study.conditions[condition_], repetition_)) {
+      exploration_(start(study, study.conditions[condition_], repetition_)),
+      start_{kStart, exploration_.layer(), exploration_.mean()} {
   // All at once, so that a learner's memory does not grow later.
   records_.reserve(study.conditions[condition_].exploration.num_rollouts);
 }
 
 std::vector<explore::Draw> Run::take_draws() {
   std::vector<explore::Draw> draws;
+  if (!start_wanted_) draws.push_back(start_);
+  start_wanted_ = true;
+  for (const int number : wanted_again_) {
+    if (const explore::Draw* draw = exploration_.find(number)) {
+      draws.push_back(*draw);
+    } else {
+      draws.push_back(number == kStart
+                          ? start_
+                          : explore::Draw{number, exploration_.layer(), exploration_.mean()});
+    }
+  }
+  wanted_again_.clear();
   while (std::optional<explore::Draw> draw = exploration_.ask()) {
     draws.push_back(std::move(*draw));
   }
-  if (exploration_.done() && !evaluation_wanted_) {
-    evaluation_wanted_ = true;
-    draws.push_back({kEvaluation, exploration_.layer(), exploration_.mean()});
+  if (exploration_.done() && !finals_wanted_) {
+    finals_wanted_ = true;
+    for (int i = 0; i < study_->final_evaluations; ++i) {
+      draws.push_back({final_number(i), exploration_.layer(), exploration_.mean()});
+    }
   }
   return draws;
 }
 
-int Run::accept(int number, Outcome outcome, int numeric_class) {
+int Run::accept(int number, const Outcome& outcome, int numeric_class,
+                const std::function<void(int)>& on_applied) {
+  const bool is_evaluation = number < 0;
+  CHECK(is_evaluation ? start_wanted_ && !evaluations_.contains(number)
+                      : exploration_.find(number) && !held_.contains(number),
+        "a result nobody asked for");
+  if (outcome.is_discarded()) {
+    ++num_discarded_;
+    if (++discards_[number] <= study_->discards_max) {
+      wanted_again_.push_back(number);
+      return 0;
+    }
+  }
+  discards_.erase(number);
   const Answer answer{outcome, numeric_class};
-  if (number == kEvaluation) {
-    CHECK(evaluation_wanted_ && !final_, "an evaluation nobody asked for");
-    final_ = answer;
+  if (is_evaluation) {
+    evaluations_.emplace(number, answer);
     return 0;
   }
-  CHECK(exploration_.find(number) && !held_.contains(number), "a result nobody asked for");
   if (!study_->in_sequence) {
     apply(number, answer);
+    if (on_applied) on_applied(number);
     return 1;
   }
   held_.emplace(number, answer);
@@ -54,6 +98,7 @@ int Run::accept(int number, Outcome outcome, int numeric_class) {
     const auto [lowest, in_turn] = *held_.begin();
     held_.erase(held_.begin());
     apply(lowest, in_turn);
+    if (on_applied) on_applied(lowest);
     ++applied;
   }
   return applied;
@@ -63,16 +108,27 @@ void Run::apply(int number, const Answer& answer) {
   if (records_.size() <= static_cast<std::size_t>(number)) {
     records_.resize(number + 1);
   }
-  records_[number] = {answer.outcome.reward(),
-                      static_cast<std::int16_t>(exploration_.find(number)->layer),
-                      answer.outcome.status(), answer.numeric_class};
-  last_reward_ = answer.outcome.reward();
-  if (!answer.outcome.is_ok()) ++num_failed_;
-  exploration_.tell(number, answer.outcome.reward(), answer.outcome.status());
+  const Outcome& outcome = answer.outcome;
+  records_[number] = {outcome.reward(), static_cast<std::int16_t>(exploration_.find(number)->layer),
+                      outcome.status(), file_reason(reasons_, outcome.reason()),
+                      answer.numeric_class};
+  last_reward_ = outcome.reward();
+  if (!outcome.is_ok()) ++num_failed_;
+  // Given up: nothing is learnt from it or after it.
+  if (outcome.is_discarded()) exploration_.stop();
+  exploration_.tell(number, outcome);
+}
+
+int Run::layer_of(int number) const {
+  if (number == kStart) return start_.layer;
+  const explore::Draw* draw = exploration_.find(number);
+  return draw ? draw->layer : exploration_.layer();
 }
 
 std::optional<Answer> Run::answer_of(int number) const {
-  if (number == kEvaluation) return final_;
+  if (const auto found = evaluations_.find(number); found != evaluations_.end()) {
+    return found->second;
+  }
   if (const auto held = held_.find(number); held != held_.end()) return held->second;
   if (number < 0 || static_cast<std::size_t>(number) >= records_.size() ||
       records_[number].layer == 0) {
@@ -82,13 +138,19 @@ std::optional<Answer> Run::answer_of(int number) const {
   return Answer{{record.reward, record.status}, record.numeric_class};
 }
 
+int Run::num_discards(int number) const {
+  const auto found = discards_.find(number);
+  return found == discards_.end() ? 0 : found->second;
+}
+
+bool Run::done() const {
+  return finals_wanted_ &&
+         evaluations_.size() == 1 + static_cast<std::size_t>(study_->final_evaluations);
+}
+
 std::string Run::best_policy() const {
   const explore::Exploration::Best& best = exploration_.best();
-  try {
-    return to_json(*exploration_.policy(best.layer).with(best.theta));
-  } catch (const std::invalid_argument&) {
-    return "";
-  }
+  return policy_text(exploration_.policy(best.layer), best.theta);
 }
 
 RunRecord Run::record() const {
@@ -97,13 +159,23 @@ RunRecord Run::record() const {
   record.repetition = repetition_;
   record.run = index_;
   record.rollouts = records_;
+  record.reasons = reasons_;
+  record.num_discarded = num_discarded_;
   const explore::Exploration::Best& best = exploration_.best();
   record.best_rollout = best.rollout;
   if (best.rollout >= 0) {
     record.best_reward = best.reward;
     record.best_policy = best_policy();
+    record.final_policy =
+        policy_text(exploration_.policy(exploration_.layer()), exploration_.mean());
   }
-  if (final_) record.final_reward = final_->outcome.reward();
+  if (const std::optional<Answer> answer = answer_of(kStart)) record.start = answer->outcome;
+  for (int i = 0; i < study_->final_evaluations; ++i) {
+    const std::optional<Answer> answer = answer_of(final_number(i));
+    if (answer) record.finals.push_back(answer->outcome);
+  }
+  // Those that stopped early may have some of them, which say less than was asked for.
+  if (done()) record.final_reward = mean_reward(record.finals);
   record.switches = exploration_.switches();
   return record;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <vector>
@@ -12,12 +13,21 @@
 
 namespace treeroll::learner {
 
+/// Seed of the task for one trial of a roll-out, or of an evaluation. Repetitions and conditions
+/// share it; a trial that repeats a discarded one has another, or a task whose seed decides that a
+/// trial is void would discard it for ever.
+/// @param trial  0, then one more for each that was discarded
+std::int64_t task_seed(const Study& study, int repetition, int number, int trial);
+
 /// One run of a study: its search, the order in which results reach it, and its record.
-/// Roll-outs 0 .. N-1 are the budget; number kEvaluation is the final evaluation of the mean
-/// policy, asked for once the budget is spent.
+/// Roll-outs 0 .. N-1 are the budget. Outside of it the start policy is evaluated once, and the
+/// final mean policy study.final_evaluations times, once the budget is spent.
 class Run {
  public:
-  static constexpr int kEvaluation = -1;
+  static constexpr int kStart = -2;
+  static constexpr int kFinal = -1;  ///< the first evaluation of the final policy
+  /// Of evaluation i of the final policy.
+  static constexpr int final_number(int i) { return i == 0 ? kFinal : kStart - i; }
 
   /// Precondition: `study` outlives the run.
   Run(const Study& study, int run);
@@ -26,23 +36,33 @@ class Run {
   /// as it is now is evaluated. Nothing happens to a run that has ended by itself.
   void stop() { exploration_.stop(); }
 
-  /// What may be asked for now and has not been; after construction, each accept() and stop(). The
-  /// evaluation comes as a draw without noise, number kEvaluation.
+  /// What may be asked for now and has not been; after construction, each accept() and stop().
+  /// Evaluations come as draws without noise; what was discarded comes as it was drawn.
   std::vector<explore::Draw> take_draws();
 
-  /// A result for a roll-out that was asked for and has none yet. In sequence it is held until
-  /// all lower numbers are in. @return how many results were applied
-  int accept(int number, Outcome outcome, int numeric_class);
+  /// A result for a roll-out that was asked for and has none yet. One that was discarded is wanted
+  /// again; once more often than study.discards_max it is a result, and the run draws no more. In
+  /// sequence a result is held until all lower numbers are in.
+  /// @return how many results were applied
+  /// @param on_applied  may be empty; else called with the number of each, once it is
+  int accept(int number, const Outcome& outcome, int numeric_class,
+             const std::function<void(int)>& on_applied = {});
+
+  /// Of the policy of a roll-out that has been drawn.
+  int layer_of(int number) const;
 
   /// The result a roll-out has (held or applied), else nothing.
   std::optional<Answer> answer_of(int number) const;
+  /// Discarded trials of a roll-out that has no result yet.
+  int num_discards(int number) const;
 
-  bool done() const { return final_.has_value(); }
+  bool done() const;
   int index() const { return index_; }
   int condition() const { return condition_; }
   int repetition() const { return repetition_; }
   const explore::Exploration& exploration() const { return exploration_; }
   int num_failed() const { return num_failed_; }
+  int num_discarded() const { return num_discarded_; }  ///< trials, of evaluations too
   double last_reward() const { return records_.empty() ? 0 : last_reward_; }
 
   /// Best policy so far as JSON; empty if its theta makes none, which can only be while every
@@ -58,12 +78,18 @@ class Run {
   int condition_;
   int repetition_;
   explore::Exploration exploration_;
-  bool evaluation_wanted_ = false;
+  explore::Draw start_;
+  bool start_wanted_ = false;
+  bool finals_wanted_ = false;
+  std::map<int, Answer> evaluations_;  // answered, by number
+  std::map<int, int> discards_;        // by number, of what has no result
+  std::vector<int> wanted_again_;
   std::map<int, Answer> held_;  // answered before a lower number was
   std::vector<RolloutRecord> records_;
+  std::vector<std::string> reasons_;
   int num_failed_ = 0;
+  int num_discarded_ = 0;
   double last_reward_ = 0;
-  std::optional<Answer> final_;
 };
 
 }  // namespace treeroll::learner

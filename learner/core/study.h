@@ -28,6 +28,11 @@ struct Study {
   bool in_sequence = true;  ///< results are applied by number, not as they arrive
   /// Time of learning after which no run draws any more; of all runs, since they share the workers.
   std::optional<Duration> stop_after;
+  /// Of the workers it takes results from: a name, or "any", or "one", that of the first result.
+  std::string numeric_class = "any";
+  int final_evaluations = 1;  ///< of each run's final mean policy, each with a seed of its own
+  /// Trials of one roll-out that its task may discard; one more ends the run.
+  int discards_max = 10;
   std::vector<Condition> conditions;
 
   int num_runs() const { return static_cast<int>(conditions.size()) * repetitions; }

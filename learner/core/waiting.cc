@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace treeroll::learner {
 namespace {
 
@@ -13,7 +15,8 @@ std::string why_waiting(const Study& study, const std::vector<ContentHash>& task
                         const Workforce& workforce, TimePoint now) {
   const Ledger& ledger = workforce.ledger();
   const std::map<protocol::WorkerId, WorkerEntry>& workers = workforce.workers().all();
-  if (now - workforce.last_progress() < kPatience) return "";
+  const Duration silence = now - workforce.last_progress();
+  if (silence < kPatience) return "";
   if (workforce.journal_is_behind()) {
     return fmt::format("the disk lags: {} results are not on stable storage yet",
                        workforce.num_unsynced());
@@ -21,10 +24,20 @@ std::string why_waiting(const Study& study, const std::vector<ContentHash>& task
   if (workers.empty()) return "no workers: none is heard on this LCM URL";
 
   int usable = 0;
+  int deaf = 0;
   bool has_room = false;
   for (const auto& [id, worker] : workers) {
     usable += worker.usable();
+    deaf += worker.hearing.seems_deaf(now);
     has_room = has_room || (worker.usable() && worker.free_slots > 0);
+  }
+  const auto is_other = [](const auto& entry) { return entry.second.other_class; };
+  if (usable == 0 && std::any_of(workers.begin(), workers.end(), is_other)) {
+    return fmt::format("none of the {} workers takes roll-outs: the study demands numeric class {}",
+                       workers.size(), workforce.classes().demanded().value_or("one"));
+  }
+  if (deaf == static_cast<int>(workers.size())) {
+    return fmt::format("{} workers are heard and none answers: is UDP blocked towards them?", deaf);
   }
   if (usable == 0) {
     return fmt::format(
@@ -47,9 +60,9 @@ std::string why_waiting(const Study& study, const std::vector<ContentHash>& task
     }
   }
   if (ledger.num_leased() > 0) {
-    return fmt::format("{} roll-outs are with {} workers, the last answer came {:.0f} s ago",
-                       ledger.num_leased(), workers.size(),
-                       to_seconds(now - workforce.last_progress()));
+    if (silence < workforce.patience()) return "";
+    return fmt::format("{} roll-outs are with {} workers, nothing has come for {:.0f} s",
+                       ledger.num_leased(), usable, to_seconds(silence));
   }
   if (!has_room) return fmt::format("queue full: none of the {} workers has room", usable);
   return fmt::format("all leases have expired, {} roll-outs wait to be issued again",

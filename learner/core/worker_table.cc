@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/protocol/timings.h"
-
 namespace treeroll::learner {
 namespace {
 
@@ -24,7 +22,7 @@ WorkerRecord record_of(const WorkerEntry& worker, TimePoint start) {
 }  // namespace
 
 std::string describe(const WorkerEntry& worker) {
-  return fmt::format("worker {:x} ({} pid {})", worker.id, worker.host, worker.pid);
+  return fmt::format("worker {} ({} pid {})", worker.id, worker.host, worker.pid);
 }
 
 WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
@@ -69,6 +67,7 @@ std::vector<WorkerEntry> WorkerTable::remove_silent(TimePoint now) {
       continue;
     }
     silent.push_back(worker->second);
+    worker->second.joined = false;
     make_room_among_those_that_left();
     worker->second.refused.clear();
     left_.insert(workers_.extract(worker++));
@@ -92,9 +91,14 @@ void WorkerTable::forget_refusals(TimePoint now) {
   }
 }
 
+int WorkerTable::num_joined() const {
+  return static_cast<int>(std::count_if(workers_.begin(), workers_.end(),
+                                        [](const auto& entry) { return entry.second.joined; }));
+}
+
 int WorkerTable::num_evaluators() const {
   int sum = 0;
-  for (const auto& [id, worker] : workers_) sum += worker.num_evaluators;
+  for (const auto& [id, worker] : workers_) sum += worker.joined ? worker.num_evaluators : 0;
   return sum;
 }
 

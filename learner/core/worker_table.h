@@ -10,6 +10,8 @@
 #include "common/base/time.h"
 #include "common/protocol/limits.h"
 #include "common/protocol/messages.h"
+#include "common/protocol/timings.h"
+#include "learner/core/hearing.h"
 #include "learner/core/run_record.h"
 
 namespace treeroll::learner {
@@ -24,7 +26,13 @@ struct WorkerEntry {
   int free_slots = 0;      ///< as last reported, less what was issued since
   int receive_buffer_bytes = 0;
   bool draining = false;
-  bool distrusted = false;  ///< gave an answer no sound worker gives
+  bool distrusted = false;   ///< gave an answer no sound worker gives
+  bool other_class = false;  ///< than the one that the study demands
+  bool joined = false;       ///< has answered this learner, and it has been said
+  bool late = false;         ///< has what took too long elsewhere, and has answered nothing since
+  Hearing hearing;
+  /// The class under which the journal knows it; nothing while it has no result there.
+  std::optional<std::string> noted_class;
   TimePoint first_heard;
   TimePoint last_heard;
   struct Refusal {
@@ -39,11 +47,19 @@ struct WorkerEntry {
   std::int64_t last_index_acknowledged = 0;  ///< the same, and on stable storage
   std::int64_t num_accepted = 0;
 
+  /// It has refused neither.
+  bool knows(const ContentHash& task, const ContentHash& policy) const {
+    return !refused.contains(task) && !refused.contains(policy);
+  }
   /// One that refuses so much is asked for nothing until it has been forgotten what it refused.
   bool refuses_too_much() const { return refused.size() >= protocol::kRefusalsPerWorkerMax; }
   bool usable() const {
-    return num_evaluators > 0 && !draining && !distrusted && !refuses_too_much();
+    return num_evaluators > 0 && !draining && !distrusted && !other_class && !refuses_too_much() &&
+           hearing.hears();
   }
+  /// Nothing speaks against it: others of whom that is true are no better.
+  bool is_first_choice() const { return hearing.is_first_choice() && !late; }
+  bool is_alive(TimePoint now) const { return now < last_heard + protocol::kWorkerAlive; }
 };
 
 /// Its name for a person: id, host and process.
@@ -67,6 +83,8 @@ class WorkerTable {
   std::map<protocol::WorkerId, WorkerEntry>& all() { return workers_; }
   const std::map<protocol::WorkerId, WorkerEntry>& all() const { return workers_; }
   bool is_full() const { return workers_.size() >= protocol::kWorkersMax; }
+  /// Those that have answered this learner, and their evaluators.
+  int num_joined() const;
   int num_evaluators() const;
 
   /// Workers that have left and those present, for the summary.

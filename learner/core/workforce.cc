@@ -6,23 +6,31 @@
 #include <utility>
 
 #include "common/base/cut_text.h"
+#include "common/base/task_agreement.h"
+#include "common/protocol/pieces.h"
 #include "common/protocol/timings.h"
+#include "common/protocol/wire_sizes.h"
 #include "learner/core/batching.h"
 #include "learner/core/dispatch.h"
+#include "learner/core/hedging.h"
 
 namespace treeroll::learner {
 namespace {
 
 /// A worker that has refused a definition is asked again after this: the reason may have passed.
 constexpr Duration kRefusalLasts = std::chrono::seconds(60);
+/// Roll-outs of one task take so many times their mean, now and then.
+constexpr double kPatienceInDurations = 4;
+/// Between two looks at what idle evaluators could be given too.
+constexpr Duration kHedgeInterval = std::chrono::milliseconds(100);
 
 }  // namespace
 
 Workforce::Workforce(LearnerSettings settings, Client& client)
-    : settings_(std::move(settings)), client_(client) {}
+    : settings_(std::move(settings)), client_(client), classes_(settings_.numeric_class) {}
 
 ContentHash Workforce::add_task(const std::string& content) {
-  const ContentHash id = tasks_.add(content);
+  const ContentHash id = definitions_.add(protocol::DefinitionKind::kTask, content);
   task_ids_.push_back(id);
   const auto known = settings_.known_tasks.find(content);
   if (known != settings_.known_tasks.end()) facts_[id] = known->second;
@@ -30,14 +38,14 @@ ContentHash Workforce::add_task(const std::string& content) {
 }
 
 ContentHash Workforce::add_policy(const Turn& turn, const std::string& content) {
-  const ContentHash id = policies_.add(content);
-  publish_policy(turn, id);
+  const ContentHash id = definitions_.add(protocol::DefinitionKind::kPolicy, content);
+  definitions_.publish(policy_name(id), turn.now);
   return id;
 }
 
 void Workforce::start(const Turn& turn) {
   last_progress_ = turn.now;
-  for (const ContentHash& id : task_ids_) publish_task(turn, id);
+  for (const ContentHash& id : task_ids_) definitions_.publish(task_name(id), turn.now);
 }
 
 void Workforce::receive(const Turn& turn, const protocol::Message& message) {
@@ -53,27 +61,34 @@ void Workforce::receive(const Turn& turn, const protocol::Message& message) {
 }
 
 std::optional<TimePoint> Workforce::next_deadline() const {
-  const std::optional<TimePoint> lease = ledger_.next_deadline();
-  const std::optional<TimePoint> look = workers_.next_look();
-  if (!lease || !look) return lease ? lease : look;
-  return std::min(*lease, *look);
+  std::optional<TimePoint> next;
+  for (const std::optional<TimePoint> one :
+       {ledger_.next_deadline(), workers_.next_look(), definitions_.next_burst()}) {
+    if (one && (!next || *one < *next)) next = one;
+  }
+  return next;
 }
 
 void Workforce::look_after_leases(const Turn& turn) {
   for (const WorkerEntry& silent : workers_.remove_silent(turn.now)) {
-    turn.warn(
-        "workers that leave",
-        fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back", describe(silent),
-                    to_seconds(protocol::kWorkerSilence), ledger_.leases_of(silent.id).size()));
+    if (silent.joined) {
+      turn.warn(
+          "workers that leave",
+          fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back", describe(silent),
+                      to_seconds(protocol::kWorkerSilence), ledger_.leases_of(silent.id).size()));
+    }
     ledger_.take_back_all(silent.id);
   }
-  ledger_.expire(turn.now);
+  for (const Ledger::Expired& expired : ledger_.expire(turn.now)) {
+    if (expired.lease.confirmed) continue;
+    note_lost(turn.now, expired.lease.worker, expired.lease.issued_at);
+  }
 }
 
 void Workforce::remind(const Turn& turn) {
   workers_.forget_refusals(turn.now);
   refuses_workers_ = refuses_workers_ && workers_.is_full();
-  publish_undescribed_tasks(turn);
+  publish_undescribed_tasks(turn.now);
 }
 
 void Workforce::note_sync() {
@@ -88,11 +103,20 @@ void Workforce::note_sync() {
 }
 
 void Workforce::dispatch(const Turn& turn) {
+  send_definitions(turn);  // a policy before its roll-outs, and a theta after its own
+  const DispatchFacts facts{turn.now, rollout_time_s_, &facts_, &task_times_s_};
   std::vector<Ledger::Assignment> chosen;
   if (gives_out_ && !journal_is_behind()) {
-    chosen = assign(ledger_, workers_, DispatchFacts{turn.now, rollout_time_s_, &facts_});
+    chosen = assign(ledger_, workers_, facts);
   }
   std::vector<protocol::RolloutRequest> requests = ledger_.lease(turn.now, chosen);
+  if (gives_out_ && !journal_is_behind() && turn.now >= hedge_at_) {
+    hedge_at_ = turn.now + kHedgeInterval;
+    for (const Hedge& hedge : hedges(ledger_, workers_, facts)) {
+      requests.push_back(ledger_.lease_too(turn.now, hedge.key, hedge.worker, hedge.deadline));
+    }
+  }
+  for (protocol::RolloutRequest& request : requests) detach_theta(turn.now, request);
   std::vector<protocol::Acknowledgement> acknowledgements;
   for (const protocol::WorkerId id : acknowledgements_due_) {
     const WorkerEntry* worker = workers_.find(id);
@@ -104,22 +128,58 @@ void Workforce::dispatch(const Turn& turn) {
     batch.learner_id = settings_.learner_id;
     batch.sequence = ++last_batch_;
     for (const protocol::RolloutRequest& request : batch.rollouts) {
-      ledger_.set_batch(request.key, batch.sequence);
+      ledger_.set_batch(request.key, request.worker_id, batch.sequence);
+    }
+    for (const protocol::Acknowledgement& acknowledgement : batch.acknowledgements) {
+      workers_.find(acknowledgement.worker_id)->hearing.note_word(turn.now, batch.sequence);
     }
     turn.effects.emplace_back(SendMessage{std::move(batch)});
   }
+  send_definitions(turn);
+}
+
+void Workforce::send_definitions(const Turn& turn) {
+  for (protocol::DefinitionPiece& piece : definitions_.take_due(settings_.learner_id, turn.now)) {
+    turn.effects.emplace_back(SendMessage{std::move(piece)});
+  }
+}
+
+/// A theta that no message has room for travels as a definition does. It is sent with the first
+/// request; after that its worker asks for what it lacks.
+void Workforce::detach_theta(TimePoint now, protocol::RolloutRequest& request) {
+  const std::size_t bytes = protocol::kFrameBytesMax + protocol::kRolloutBatchBytes +
+                            protocol::rollout_request_bytes(request.theta.size());
+  if (bytes <= settings_.batch_bytes_max) return;
+  constexpr auto kTheta = protocol::DefinitionKind::kTheta;
+  const auto [place, is_new] = thetas_.try_emplace(request.key);
+  if (is_new) {
+    place->second = definitions_.add(kTheta, protocol::content_of_theta(request.theta));
+    definitions_.publish({kTheta, place->second}, now);
+  }
+  request.theta.clear();
+  request.theta_id = place->second;
+}
+
+/// A roll-out that is open no more.
+Ledger::Entry Workforce::close(protocol::RolloutKey key, protocol::WorkerId from) {
+  if (const auto theta = thetas_.extract(key)) {
+    definitions_.release({protocol::DefinitionKind::kTheta, theta.mapped()});
+  }
+  return ledger_.close(key, from);
 }
 
 /// The entry of a worker that has said something; null if there is room for no more workers.
 WorkerEntry* Workforce::hear(const Turn& turn, protocol::WorkerId id) {
   WorkerEntry* worker = workers_.hear(id, turn.now);
+  if (worker != nullptr && worker->hearing.greeting_due(turn.now)) {
+    acknowledgements_due_.insert(id);  // it has nothing to acknowledge, perhaps: it is a word to it
+  }
   if (worker || refuses_workers_) return worker;
   refuses_workers_ = true;
-  turn.warn(
-      "workers refused",
-      fmt::format("worker {:x} is refused, and so are others until one leaves: {} workers are "
-                  "the most that are served",
-                  id, protocol::kWorkersMax));
+  turn.warn("workers refused",
+            fmt::format("worker {} is refused, and so are others until one leaves: {} workers are "
+                        "the most that are served",
+                        id, protocol::kWorkersMax));
   return nullptr;
 }
 
@@ -130,48 +190,71 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
   const bool starts_draining = status.draining && !worker->draining;
   worker->host = status.host;
   worker->pid = status.pid;
-  worker->numeric_class = status.numeric_class;
+  worker->numeric_class = cut_text(status.numeric_class, protocol::kNumericClassBytesMax);
   worker->num_evaluators = status.num_evaluators;
   worker->free_slots = status.free_slots;
   worker->receive_buffer_bytes = status.receive_buffer_bytes;
   worker->draining = status.draining;
-  if (is_new) {
-    turn.inform("workers that join", fmt::format("{} has joined with {} evaluators",
-                                                 describe(*worker), worker->num_evaluators));
-    publish_undescribed_tasks(turn);
-  }
-  if (starts_draining) {
+  if (is_new) publish_undescribed_tasks(turn.now);
+  compare_with_demand(turn, *worker);
+  if (starts_draining && worker->joined) {
     turn.inform("workers that drain", fmt::format("{} takes no more roll-outs", describe(*worker)));
   }
   const auto held = std::find_if(
       status.held.begin(), status.held.end(),
       [this](const protocol::HeldRollouts& h) { return h.learner_id == settings_.learner_id; });
+  note_echo(turn, *worker, held == status.held.end() ? 0 : held->last_batch);
   if (held == status.held.end()) return;
-  extend_leases(turn.now, *worker, held->keys);
-  if (held->last_index <= worker->last_index_read) {
-    reconcile(turn.now, *worker, held->last_batch, held->keys);
+  confirm_leases(turn.now, *worker, held->last_batch, held->keys);
+  if (held->last_index <= worker->last_index_read) reconcile(turn.now, *worker, *held);
+}
+
+/// What it has heard of us: whether it hears us.
+void Workforce::note_echo(const Turn& turn, WorkerEntry& worker, std::int64_t last_batch) {
+  const bool hears_now = worker.hearing.note_echo(last_batch);
+  if (hears_now && !std::exchange(worker.joined, true)) {
+    turn.inform("workers that join", fmt::format("{} has joined with {} evaluators",
+                                                 describe(worker), worker.num_evaluators));
   }
+  if (worker.hearing.deafness_to_tell(turn.now)) {
+    turn.warn("workers that do not answer",
+              fmt::format("{} is heard but does not answer: is UDP blocked towards it?",
+                          describe(worker)));
+  }
+}
+
+/// A lease that its worker has neither confirmed nor answered.
+void Workforce::note_lost(TimePoint now, protocol::WorkerId id, TimePoint issued_at) {
+  WorkerEntry* worker = workers_.find(id);
+  const bool is_doubted = worker != nullptr && worker->hearing.note_lost(now, issued_at);
+  if (is_doubted) ledger_.take_back_unconfirmed(id);
 }
 
 void Workforce::on(const Turn& turn, const protocol::DefinitionRequest& request) {
   if (request.learner_id != settings_.learner_id) return;
   if (!hear(turn, request.worker_id)) return;
-  for (const ContentHash& id : request.task_ids) publish_task(turn, id);
-  for (const ContentHash& id : request.policy_ids) publish_policy(turn, id);
+  for (const protocol::WantedDefinition& wanted : request.definitions) {
+    definitions_.publish_wanted(wanted, turn.now);
+  }
 }
 
 void Workforce::on(const Turn& turn, const protocol::DefinitionReport& report) {
   if (report.learner_id != settings_.learner_id) return;
   WorkerEntry* worker = hear(turn, report.worker_id);
   if (!worker) return;
-  const bool is_task = tasks_.find(report.definition_id) != nullptr;
-  if (!is_task && !policies_.find(report.definition_id)) return;
+  const bool is_task = definitions_.find(task_name(report.definition_id)) != nullptr;
+  if (!is_task && !definitions_.find(policy_name(report.definition_id))) return;
   if (!report.accepted) return refuse(turn, *worker, report.definition_id, report.text);
   worker->refused.erase(report.definition_id);
-  if (!is_task || facts_.contains(report.definition_id)) return;
+  if (!is_task) return;
   Result<TaskDescription> facts = task_description_from_json(report.text);
   // Its own description makes no sense: another worker's may.
   if (!facts) return refuse(turn, *worker, report.definition_id, facts.error().message);
+  if (const TaskDescription* known = facts_of(report.definition_id)) {
+    const std::optional<std::string> difference = disagreement(*known, *facts);
+    if (difference) refuse(turn, *worker, report.definition_id, *difference);
+    return;
+  }
   if (client_.take_facts(turn, report.definition_id, *facts)) {
     facts_[report.definition_id] = *facts;
   }
@@ -184,37 +267,41 @@ void Workforce::refuse(const Turn& turn, WorkerEntry& worker, const ContentHash&
   worker.refused[definition] = {cut_text(reason, protocol::kReasonBytesMax),
                                 turn.now + kRefusalLasts};
   if (!is_new) return;
-  turn.warn("definitions refused", fmt::format("{} refuses the {}: {}", describe(worker),
-                                               tasks_.find(definition) ? "task" : "policy",
-                                               worker.refused[definition].reason));
+  turn.warn("definitions refused",
+            fmt::format("{} refuses the {}: {}", describe(worker),
+                        definitions_.find(task_name(definition)) ? "task" : "policy",
+                        worker.refused[definition].reason));
   const std::set<protocol::RolloutKey> leases = ledger_.leases_of(worker.id);
   for (const protocol::RolloutKey key : leases) {
     const Question& question = ledger_.find(key)->question;
-    if (question.task_id == definition || question.policy_id == definition) ledger_.take_back(key);
+    const bool needs_it = question.task_id == definition || question.policy_id == definition;
+    if (needs_it) ledger_.take_back(key, worker.id);
   }
 }
 
-void Workforce::publish_task(const Turn& turn, const ContentHash& id) {
-  if (!tasks_.may_publish(id, turn.now)) return;
-  turn.effects.emplace_back(
-      SendMessage{protocol::TaskDefinition{settings_.learner_id, id, *tasks_.find(id)}});
-}
-
-void Workforce::publish_undescribed_tasks(const Turn& turn) {
+void Workforce::publish_undescribed_tasks(TimePoint now) {
   for (const ContentHash& id : task_ids_) {
-    if (!facts_.contains(id)) publish_task(turn, id);
+    if (!facts_.contains(id)) definitions_.publish(task_name(id), now);
   }
-}
-
-void Workforce::publish_policy(const Turn& turn, const ContentHash& id) {
-  if (!policies_.may_publish(id, turn.now)) return;
-  turn.effects.emplace_back(
-      SendMessage{protocol::PolicyDefinition{settings_.learner_id, id, *policies_.find(id)}});
 }
 
 const TaskDescription* Workforce::facts_of(const ContentHash& task_id) const {
   const auto known = facts_.find(task_id);
   return known == facts_.end() ? nullptr : &known->second;
+}
+
+Duration Workforce::patience() const {
+  double patience_s = 0;
+  for (const ContentHash& id : task_ids_) {
+    const auto time = task_times_s_.find(id);
+    const TaskDescription* facts = facts_of(id);
+    if (time != task_times_s_.end()) {
+      patience_s = std::max(patience_s, kPatienceInDurations * time->second);
+    } else if (facts != nullptr) {
+      patience_s = std::max(patience_s, facts->time_limit_s);
+    }
+  }
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(patience_s));
 }
 
 std::optional<std::string> Workforce::refused_by_all(const ContentHash& definition) const {

@@ -13,6 +13,7 @@
 #include "learner/core/learner_events.h"
 #include "learner/core/learner_settings.h"
 #include "learner/core/ledger.h"
+#include "learner/core/numeric_classes.h"
 #include "learner/core/worker_table.h"
 
 namespace treeroll::learner {
@@ -42,15 +43,16 @@ class Workforce {
 
   // What the client wants.
 
-  /// One user more of a definition. Policies are published at once, tasks by start().
+  /// One user more of a definition. Policies are published at once, tasks by start(): their pieces
+  /// go out with dispatch().
   ContentHash add_task(const std::string& content);
   ContentHash add_policy(const Turn& turn, const std::string& content);
-  void release_policy(const ContentHash& id) { policies_.release(id); }
+  void release_policy(const ContentHash& id) { definitions_.release(policy_name(id)); }
   void start(const Turn& turn);
-  /// Precondition: the key is new.
+  /// Precondition: the key is not open.
   void ask(protocol::RolloutKey key, Question question) { ledger_.draw(key, std::move(question)); }
   /// The answer is known from elsewhere. Precondition: the question is open.
-  void withdraw(protocol::RolloutKey key) { ledger_.close(key); }
+  void withdraw(protocol::RolloutKey key) { close(key); }
   /// No more roll-outs are given out, for good; answers are still taken.
   void give_out_no_more() { gives_out_ = false; }
 
@@ -64,12 +66,18 @@ class Workforce {
   void remind(const Turn& turn);
   /// Only what will survive us may be forgotten by those who have it.
   void note_sync();
-  /// Gives ready roll-outs to workers, and acknowledges their answers.
+  /// Gives ready roll-outs to workers, acknowledges their answers, and sends definitions.
   void dispatch(const Turn& turn);
 
   std::optional<TimePoint> next_deadline() const;
 
+  /// Of earlier incarnations: a worker of theirs, and the class of one of its results.
+  void recover(const KnownWorker& worker);
+  int class_of(const AcceptedResult& recovered);
+
   // What is known.
+
+  const NumericClasses& classes() const { return classes_; }
 
   const Ledger& ledger() const { return ledger_; }
   const WorkerTable& workers() const { return workers_; }
@@ -77,6 +85,9 @@ class Workforce {
   const TaskDescription* facts_of(const ContentHash& task_id) const;
   /// Why no usable worker takes this definition; nothing if one does.
   std::optional<std::string> refused_by_all(const ContentHash& definition) const;
+  /// For how long no answer need come although all is well: by what the tasks in work have taken,
+  /// by their limits while that is not known.
+  Duration patience() const;
   /// An answer was accepted, or the start.
   TimePoint last_progress() const { return last_progress_; }
   std::int64_t num_unsynced() const { return num_unsynced_; }
@@ -88,11 +99,19 @@ class Workforce {
   void on(const Turn& turn, const protocol::DefinitionRequest& request);
   void on(const Turn& turn, const protocol::DefinitionReport& report);
   WorkerEntry* hear(const Turn& turn, protocol::WorkerId id);
+  void note_echo(const Turn& turn, WorkerEntry& worker, std::int64_t last_batch);
   void refuse(const Turn& turn, WorkerEntry& worker, const ContentHash& definition,
               const std::string& reason);
-  void publish_task(const Turn& turn, const ContentHash& id);
-  void publish_undescribed_tasks(const Turn& turn);
-  void publish_policy(const Turn& turn, const ContentHash& id);
+  static protocol::DefinitionName task_name(const ContentHash& id) {
+    return {protocol::DefinitionKind::kTask, id};
+  }
+  static protocol::DefinitionName policy_name(const ContentHash& id) {
+    return {protocol::DefinitionKind::kPolicy, id};
+  }
+  void send_definitions(const Turn& turn);
+  void publish_undescribed_tasks(TimePoint now);
+  void detach_theta(TimePoint now, protocol::RolloutRequest& request);
+  Ledger::Entry close(protocol::RolloutKey key, protocol::WorkerId from = 0);
 
   // workforce_answers.cc: what they answer.
   void on(const Turn& turn, const protocol::RewardBatch& batch);
@@ -104,29 +123,33 @@ class Workforce {
   void note_timing(TimePoint now, WorkerEntry& worker, const protocol::RolloutResult& result,
                    const Ledger::Entry& entry);
   bool answers_open_question(const protocol::RolloutResult& result) const;
-  void extend_leases(TimePoint now, const WorkerEntry& worker,
-                     const std::vector<protocol::RolloutKey>& held);
-  void reconcile(TimePoint now, const WorkerEntry& worker, std::int64_t last_batch,
-                 const std::vector<protocol::RolloutKey>& held);
-  int numeric_class(const std::string& name);
+  void confirm_leases(TimePoint now, WorkerEntry& worker, std::int64_t last_batch,
+                      const std::vector<protocol::RolloutKey>& held);
+  void reconcile(TimePoint now, WorkerEntry& worker, const protocol::HeldRollouts& held);
+  void note_lost(TimePoint now, protocol::WorkerId worker, TimePoint issued_at);
+  void note_class(const Turn& turn, WorkerEntry& worker);
+  void compare_with_demand(const Turn& turn, WorkerEntry& worker);
 
   LearnerSettings settings_;
   Client& client_;
   std::vector<ContentHash> task_ids_;  // as they were added
   std::map<ContentHash, TaskDescription> facts_;
-  DefinitionBook tasks_;
-  DefinitionBook policies_;
+  DefinitionBook definitions_;
   Ledger ledger_;
+  std::map<protocol::RolloutKey, ContentHash> thetas_;  // of open roll-outs, sent in pieces
   WorkerTable workers_;
   std::set<protocol::WorkerId> answers_unsynced_;      // have answered what is not yet synced
   std::set<protocol::WorkerId> acknowledgements_due_;  // with the next message
-  std::map<std::string, int> numeric_classes_;
-  std::int64_t last_batch_ = 0;    // sequence of the last message sent
-  double rollout_time_s_ = 0;      // running mean over all answers
-  std::int64_t num_unsynced_ = 0;  // accepted, and perhaps not on stable storage
+  NumericClasses classes_;
+  std::map<protocol::WorkerId, std::string> recovered_classes_;  // of earlier incarnations' workers
+  std::int64_t last_batch_ = 0;                 // sequence of the last message sent
+  double rollout_time_s_ = 0;                   // running mean over all answers
+  std::map<ContentHash, double> task_times_s_;  // the same, by task
+  std::int64_t num_unsynced_ = 0;               // accepted, and perhaps not on stable storage
   bool gives_out_ = true;
   bool refuses_workers_ = false;  // has said so, since there was room for one
   TimePoint last_progress_;
+  TimePoint hedge_at_;  // not before
 };
 
 }  // namespace treeroll::learner

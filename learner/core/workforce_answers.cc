@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/base/cut_text.h"
 #include "common/protocol/timings.h"
 #include "learner/core/dispatch.h"
 #include "learner/core/workforce.h"
@@ -26,6 +27,8 @@ void Workforce::on(const Turn& turn, const protocol::RewardBatch& batch) {
     // A repetition is looked at only if it answers what is still open: no index, however wrong,
     // can keep an answer out.
     if (index <= worker->highest_index_seen && !answers_open_question(result)) continue;
+    ledger_.forget_copy(result.key, worker->id);
+    worker->late = false;
     accept(turn, *worker, result);
     worker->highest_index_seen = std::max(worker->highest_index_seen, index);
   }
@@ -38,7 +41,13 @@ void Workforce::on(const Turn& turn, const protocol::RewardBatch& batch) {
   }
   worker->free_slots = batch.free_slots;
   if (batch.last_index <= worker->last_index_read) {
-    reconcile(turn.now, *worker, batch.last_batch, batch.held);
+    reconcile(turn.now, *worker,
+              {.learner_id = batch.learner_id,
+               .last_batch = batch.last_batch,
+               .last_index = batch.last_index,
+               .keys = batch.held,
+               .first = batch.held_first,
+               .last = batch.held_last});
   }
 }
 
@@ -47,29 +56,37 @@ void Workforce::accept(const Turn& turn, WorkerEntry& worker,
   const protocol::RolloutKey key = result.key;
   const std::optional<ContentHash> task_id = client_.task_of(key);
   const TaskDescription* facts = task_id ? facts_of(*task_id) : nullptr;
-  if (!facts || worker.distrusted) {  // without facts nothing of this run has been issued
+  // Of its class nothing is known before its heartbeat.
+  const bool is_excluded = worker.other_class || !classes_.allows(worker.numeric_class);
+  if (!facts || worker.distrusted ||
+      is_excluded) {  // without facts nothing of this run has been issued
     ++ledger_.counters.rejected;
     return;
   }
   const Ledger::Entry* open = ledger_.find(key);
   if (!open) return compare_with_taken(turn, worker, result, *facts);
   if (open->question.content != result.content) {
-    ++ledger_.counters.rejected;  // an answer to an older question
+    const std::vector<std::int64_t>& discarded = open->question.discarded;
+    const bool is_repeated = std::ranges::find(discarded, result.content) != discarded.end();
+    // Else an answer to an older question.
+    ++(is_repeated ? ledger_.counters.duplicate : ledger_.counters.rejected);
     return;
   }
-  const Outcome outcome(result.reward, result.status);
+  const Outcome& outcome = result.outcome;
   if (outcome.is_ok() && !facts->is_in_range(outcome.reward()))
     return distrust(turn, worker, result, *facts);
 
   note_timing(turn.now, worker, result, *open);
-  const Ledger::Entry entry = ledger_.close(key);
-  if (!entry.lease || entry.lease->worker != worker.id) ++ledger_.counters.late;
+  const Ledger::Entry entry = close(key, worker.id);
+  if (!entry.lease_of(worker.id)) ++ledger_.counters.late;
+  worker.hearing.note_confirmed();
   ++worker.num_accepted;
   last_progress_ = turn.now;
-  const AcceptedResult accepted{key, result.content, outcome, worker.id};
+  note_class(turn, worker);
+  const AcceptedResult accepted{key, result.content, outcome, worker.id, result.duration_ns};
   turn.effects.emplace_back(AppendResult{accepted});
   ++num_unsynced_;
-  client_.take(turn, accepted, numeric_class(worker.numeric_class));
+  client_.take(turn, accepted, classes_.index(worker.numeric_class));
 }
 
 /// An answer to a roll-out that is not open: a duplicate, or to nothing that was asked.
@@ -82,15 +99,17 @@ void Workforce::compare_with_taken(const Turn& turn, const WorkerEntry& worker,
     return;
   }
   ++ledger_.counters.duplicate;
-  const bool comparable = facts.deterministic && before->numeric_class != kUnknownClass &&
-                          before->numeric_class == numeric_class(worker.numeric_class);
-  if (!comparable || before->outcome == Outcome(result.reward, result.status)) return;
+  const bool comparable = facts.deterministic && !result.outcome.is_discarded() &&
+                          !before->outcome.is_discarded() &&
+                          before->numeric_class != kUnknownClass &&
+                          before->numeric_class == classes_.index(worker.numeric_class);
+  if (!comparable || before->outcome.agrees_with(result.outcome)) return;
   ++ledger_.counters.conflicting;
   turn.warn("suspicious results",
             fmt::format("{} gave reward {} where {} was accepted, run {} roll-out {}: one of two "
                         "workers of the same numeric class is broken",
-                        describe(worker), result.reward, before->outcome.reward(), result.key.run,
-                        result.key.number));
+                        describe(worker), result.outcome.reward(), before->outcome.reward(),
+                        result.key.run, result.key.number));
 }
 
 void Workforce::distrust(const Turn& turn, WorkerEntry& worker,
@@ -100,18 +119,21 @@ void Workforce::distrust(const Turn& turn, WorkerEntry& worker,
   turn.write(
       {LogLine::Level::kError, "rewards out of range",
        fmt::format("{} gave reward {} outside the task's range {} to {}: it gets no more work",
-                   describe(worker), result.reward, facts.reward_min, facts.reward_max)});
+                   describe(worker), result.outcome.reward(), facts.reward_min, facts.reward_max)});
   ledger_.take_back_all(worker.id);
 }
 
 void Workforce::note_timing(TimePoint now, WorkerEntry& worker,
                             const protocol::RolloutResult& result, const Ledger::Entry& entry) {
   const double duration_s = static_cast<double>(result.duration_ns) * 1e-9;
-  rollout_time_s_ = rollout_time_s_ == 0
-                        ? duration_s
-                        : rollout_time_s_ + kTimingWeight * (duration_s - rollout_time_s_);
-  if (!entry.lease || entry.lease->worker != worker.id) return;
-  const double answer_s = to_seconds(now - entry.lease->issued_at);
+  const auto follow = [duration_s](double& mean_s) {
+    mean_s = mean_s == 0 ? duration_s : mean_s + kTimingWeight * (duration_s - mean_s);
+  };
+  follow(rollout_time_s_);
+  follow(task_times_s_[entry.question.task_id]);
+  const Ledger::Lease* lease = entry.lease_of(worker.id);
+  if (!lease) return;
+  const double answer_s = to_seconds(now - lease->issued_at);
   double& median_s = worker.answer_time_s ? *worker.answer_time_s
                                           : worker.answer_time_s.emplace(std::max(answer_s, 1e-6));
   // The median, in small steps: answers that were lost at first come late and would stretch a mean.
@@ -123,31 +145,83 @@ bool Workforce::answers_open_question(const protocol::RolloutResult& result) con
   return open && open->question.content == result.content;
 }
 
-void Workforce::extend_leases(TimePoint now, const WorkerEntry& worker,
-                              const std::vector<protocol::RolloutKey>& held) {
+/// What it says it holds. Of a lease it cannot have read yet, an old word says nothing.
+void Workforce::confirm_leases(TimePoint now, WorkerEntry& worker, std::int64_t last_batch,
+                               const std::vector<protocol::RolloutKey>& held) {
   const Duration lease =
       lease_duration(worker, ledger_.leases_of(worker.id).size(), rollout_time_s_);
   const TimePoint extended = now + std::max(protocol::kHeldLeaseMin, lease);
-  for (const protocol::RolloutKey key : held) ledger_.extend(key, worker.id, extended);
+  for (const protocol::RolloutKey key : held) {
+    const Ledger::Entry* entry = ledger_.find(key);
+    const Ledger::Lease* of_worker = entry ? entry->lease_of(worker.id) : nullptr;
+    if (!of_worker || of_worker->batch > last_batch) continue;
+    if (ledger_.confirm(key, worker.id, extended)) worker.hearing.note_confirmed();
+  }
 }
 
 /// Leases of requests that were lost on the way: the worker has seen a later message, all its
 /// answers are in, and it holds neither the roll-out nor an answer to it.
-void Workforce::reconcile(TimePoint now, const WorkerEntry& worker, std::int64_t last_batch,
-                          const std::vector<protocol::RolloutKey>& held) {
-  extend_leases(now, worker, held);
-  const std::set<protocol::RolloutKey> holds(held.begin(), held.end());
+void Workforce::reconcile(TimePoint now, WorkerEntry& worker, const protocol::HeldRollouts& held) {
+  confirm_leases(now, worker, held.last_batch, held.keys);
+  const std::set<protocol::RolloutKey> holds(held.keys.begin(), held.keys.end());
+  // Of keys outside of the slice another message speaks.
+  const auto is_without = [&](protocol::RolloutKey key, std::int64_t batch) {
+    return held.first <= key && key <= held.last && !holds.contains(key) &&
+           batch <= held.last_batch;
+  };
   const std::set<protocol::RolloutKey> leases = ledger_.leases_of(worker.id);
   for (const protocol::RolloutKey key : leases) {
-    const bool lost = !holds.contains(key) && ledger_.find(key)->lease->batch <= last_batch;
-    if (lost) ledger_.take_back_lost(key);
+    const Ledger::Lease* found = ledger_.find(key)->lease_of(worker.id);
+    if (!found || !is_without(key, found->batch)) continue;
+    const Ledger::Lease lost = *found;
+    ledger_.take_back_lost(key, worker.id);
+    if (!lost.confirmed) note_lost(now, worker.id, lost.issued_at);
+  }
+  const std::map<protocol::RolloutKey, std::int64_t> copies = ledger_.copies_at(worker.id);
+  for (const auto& [key, batch] : copies) {
+    if (is_without(key, batch)) ledger_.forget_copy(key, worker.id);
   }
 }
 
-int Workforce::numeric_class(const std::string& name) {
-  const bool is_full = numeric_classes_.size() >= protocol::kNumericClassesMax;
-  if (is_full && !numeric_classes_.contains(name)) return kUnknownClass;
-  return numeric_classes_.emplace(name, static_cast<int>(numeric_classes_.size())).first->second;
+/// What a result was computed on: for the journal, and for those who watch.
+void Workforce::note_class(const Turn& turn, WorkerEntry& worker) {
+  if (worker.noted_class != worker.numeric_class) {
+    worker.noted_class = worker.numeric_class;
+    turn.effects.emplace_back(
+        AppendWorker{{worker.id, worker.numeric_class,
+                      cut_text(worker.host, protocol::kHostNameBytesMax), worker.pid}});
+  }
+  if (!classes_.count(worker.numeric_class)) return;
+  if (classes_.counts().size() > 1) {
+    turn.warn("numeric classes",
+              fmt::format("{} is of another numeric class, {}, than workers before it: the study's "
+                          "bits depend on who evaluates what (study.numeric_class demands one)",
+                          describe(worker), worker.numeric_class));
+  }
+  for (auto& [id, other] : workers_.all()) compare_with_demand(turn, other);
+}
+
+/// A worker of another class than the study demands gets nothing.
+void Workforce::compare_with_demand(const Turn& turn, WorkerEntry& worker) {
+  const bool is_other = worker.num_evaluators > 0 && !classes_.allows(worker.numeric_class);
+  if (is_other == worker.other_class) return;
+  worker.other_class = is_other;
+  if (!is_other) return;
+  turn.warn("workers of another class",
+            fmt::format("{} gets no roll-outs: it is of numeric class {}, the study demands {}",
+                        describe(worker), worker.numeric_class, *classes_.demanded()));
+  ledger_.take_back_all(worker.id);
+}
+
+void Workforce::recover(const KnownWorker& worker) {
+  recovered_classes_[worker.worker_id] = worker.numeric_class;
+}
+
+int Workforce::class_of(const AcceptedResult& recovered) {
+  const auto known = recovered_classes_.find(recovered.worker_id);
+  if (known == recovered_classes_.end()) return kUnknownClass;
+  classes_.count(known->second);
+  return classes_.index(known->second);
 }
 
 }  // namespace treeroll::learner

@@ -44,31 +44,37 @@ const Draw* Exploration::find(int rollout) const {
   return found == drawn_.end() || rollout >= next_ask_ ? nullptr : &found->second.draw;
 }
 
-void Exploration::tell(int rollout, double reward, RolloutStatus status) {
+const SearchDistribution* Exploration::drawn_from(int rollout) const {
+  return find(rollout) ? drawn_.at(rollout).from.get() : nullptr;
+}
+
+void Exploration::tell(int rollout, const Outcome& outcome) {
   const auto told = drawn_.find(rollout);
   CHECK(told != drawn_.end() && rollout < next_ask_,
         "a result was told twice or without having been asked for");
-  CHECK(status != RolloutStatus::kOk || (std::isfinite(reward) && reward >= 0),
-        "a reward must be finite and not negative");
+  const double reward = outcome.reward();
+  CHECK(std::isfinite(reward) && reward >= 0, "a reward must be finite and not negative");
   Pending pending = std::move(told->second);
   Draw& draw = pending.draw;
   drawn_.erase(told);
 
-  const double counted = status == RolloutStatus::kOk ? reward : 0;
   ++num_told_;
-  keep_if_best(draw, counted);
+  keep_if_best(draw, reward);
   // The result of a layer that has been left, or of a run that has stopped, is recorded above,
   // never learnt from.
   if (draw.layer == layer() && !stopped_) {
-    search_.learn({{rollout, counted, std::move(draw.theta)}, std::move(pending.from)}, num_told_);
+    search_.learn({{rollout, reward, std::move(draw.theta)}, std::move(pending.from)}, num_told_);
   }
-  if (stopped_ || stops_after(counted)) {
+  if (stopped_ || stops_after(reward)) {
     stopped_ = true;
     return;
   }
-  if (draw.layer == layer() && layer() < settings_.last_layer && search_.has_converged(settings_) &&
-      go_to_next_layer()) {
-    switches_.push_back(rollout);
+  if (draw.layer == layer() && layer() < settings_.last_layer && search_.has_converged(settings_)) {
+    const double slope = search_.reward_slope().value_or(0);
+    if (go_to_next_layer()) {
+      switches_.push_back(rollout);
+      slopes_at_switches_.push_back(slope);
+    }
   }
   draw_what_is_permitted();
 }

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "common/base/rollout_status.h"
+#include "common/base/outcome.h"
 #include "common/policy/policy.h"
 #include "learner/explore/exploration_settings.h"
 #include "learner/explore/layer_search.h"
@@ -29,8 +29,8 @@ struct Draw {
 ///   Exploration run(settings, start, seed, repetition);
 ///   while (!run.done()) {
 ///     while (std::optional<Draw> draw = run.ask()) execute(run.policy(draw->layer), *draw);
-///     const auto [rollout, reward, status] = wait_for_a_result();
-///     run.tell(rollout, reward, status);
+///     const auto [rollout, outcome] = wait_for_a_result();
+///     run.tell(rollout, outcome);
 ///   }
 class Exploration {
  public:
@@ -43,9 +43,11 @@ class Exploration {
   std::optional<Draw> ask();
   /// The roll-out of this number, if it was asked for and has not been told, else null.
   const Draw* find(int rollout) const;
+  /// What theta of that roll-out was drawn from; null as find() is.
+  const SearchDistribution* drawn_from(int rollout) const;
   /// Applies the result of a roll-out that was asked for and not told before.
-  /// @param reward  finite and not negative; a failed roll-out counts as reward 0 whatever it is
-  void tell(int rollout, double reward, RolloutStatus status);
+  /// Precondition: the reward is finite and not negative.
+  void tell(int rollout, const Outcome& outcome);
 
   /// An early stop, now, whatever the rewards: the study's time is up. For a run to be a function
   /// of what it was told, this is to be repeated at the same place between two tells.
@@ -77,6 +79,8 @@ class Exploration {
   const Best& best() const { return best_; }
   /// Roll-outs after whose result the run went on to the next layer.
   const std::vector<int>& switches() const { return switches_; }
+  /// By switch, the slope of the rewards in the window at which the layer was left.
+  const std::vector<double>& slopes_at_switches() const { return slopes_at_switches_; }
   /// Slope and mean of the rewards in the convergence window of this layer; nothing before two.
   std::optional<double> reward_slope() const { return search_.reward_slope(); }
   std::optional<double> mean_reward() const { return search_.mean_reward(); }
@@ -106,6 +110,7 @@ class Exploration {
   bool stopped_ = false;
   Best best_;
   std::vector<int> switches_;
+  std::vector<double> slopes_at_switches_;
 };
 
 }  // namespace treeroll::explore

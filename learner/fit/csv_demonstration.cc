@@ -4,17 +4,21 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
+#include <iterator>
 #include <system_error>
+#include <utility>
 
 #include "common/base/content_hash.h"
+#include "learner/fit/csv_rows.h"
 
 namespace treeroll {
 namespace {
 
 constexpr Eigen::Index kObservationsMax = 100'000;
-constexpr std::size_t kColumnsMax = 1000;
 /// Squares of larger numbers leave the range in which a mixture is checked.
 constexpr double kMagnitudeMax = 1e20;
 
@@ -30,25 +34,41 @@ std::string shown(std::string_view text) {
   return result + (text.size() > kLengthMax ? "...\"" : "\"");
 }
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r";
-  const auto begin = text.find_first_not_of(kBlanks);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+/// The names in a line whose fields have something else than a comma between them.
+std::vector<std::string> names_of(std::string_view line, char separator) {
+  std::string with_commas(line);
+  std::replace(with_commas.begin(), with_commas.end(), separator, ',');
+  CsvRows rows(with_commas, "");
+  try {
+    return rows.next() ? rows.fields() : std::vector<std::string>{};
+  } catch (const DemonstrationError&) {
+    return {};
+  }
 }
 
-std::vector<std::string_view> fields_of(std::string_view line) {
-  std::vector<std::string_view> fields;
-  while (true) {
-    const auto comma = line.find(',');
-    fields.push_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return fields;
-    line.remove_prefix(comma + 1);
+/// Says what separates the names of the first line where it is no comma.
+void check_separator(std::string_view text, const std::string& place,
+                     const std::vector<std::string>& columns) {
+  const std::string_view line = text.substr(0, text.find_first_of("\r\n"));
+  if (line.find(',') != std::string_view::npos) return;
+  constexpr std::array<std::pair<char, const char*>, 4> kOthers{
+      {{';', "semicolons"}, {'\t', "tabs"}, {'|', "bars"}, {' ', "blanks"}}};
+  for (const auto& [separator, word] : kOthers) {
+    if (line.find(separator) == std::string_view::npos) continue;
+    const std::vector<std::string> names = names_of(line, separator);
+    const bool has_all =
+        std::all_of(columns.begin(), columns.end(), [&](const std::string& column) {
+          return std::find(names.begin(), names.end(), column) != names.end();
+        });
+    if (!has_all) continue;
+    refuse(place, fmt::format("its columns have {} between them, must have commas (and points, not "
+                              "commas, in numbers)",
+                              word));
   }
 }
 
 /// Where each wanted column stands.
-std::vector<std::size_t> find_columns(const std::vector<std::string_view>& names,
+std::vector<std::size_t> find_columns(const std::vector<std::string>& names,
                                       const std::string& place,
                                       const std::vector<std::string>& columns) {
   std::vector<std::size_t> found;
@@ -56,7 +76,7 @@ std::vector<std::size_t> find_columns(const std::vector<std::string_view>& names
     const auto here = std::find(names.begin(), names.end(), column);
     if (here == names.end()) {
       std::vector<std::string> known;
-      for (const std::string_view name : names) known.push_back(shown(name));
+      for (const std::string& name : names) known.push_back(shown(name));
       refuse(place, fmt::format("has no column {}; its columns are {}", shown(column),
                                 fmt::join(known, ", ")));
     }
@@ -68,11 +88,15 @@ std::vector<std::size_t> find_columns(const std::vector<std::string_view>& names
   return found;
 }
 
-double number_of(std::string_view field, const std::string& place, const std::string& column) {
+double number_of(const std::string& field, const std::string& place, const std::string& column) {
   double number = 0;
-  const char* end = field.data() + field.size();
-  const auto [stopped, error] = std::from_chars(field.data(), end, number);
-  if (error != std::errc() || stopped != end || !(std::abs(number) <= kMagnitudeMax)) {
+  const char* const end = field.data() + field.size();
+  const bool has_plus = field.size() > 1 && field[0] == '+' && field[1] != '-';
+  const auto [stopped, error] = std::from_chars(field.data() + (has_plus ? 1 : 0), end, number);
+  // A number too small for a double, 1e-310 or 1e-400, is the nearest one there is.
+  if (error == std::errc::result_out_of_range) number = std::strtod(field.c_str(), nullptr);
+  const bool is_number = error == std::errc() || error == std::errc::result_out_of_range;
+  if (!is_number || stopped != end || !(std::abs(number) <= kMagnitudeMax)) {
     refuse(place, fmt::format("column {} is {}: must be a finite number of at most {} either side "
                               "of 0",
                               shown(column), shown(field), kMagnitudeMax));
@@ -80,38 +104,52 @@ double number_of(std::string_view field, const std::string& place, const std::st
   return number;
 }
 
+/// One name of a head line, in quotes if it could be taken for something else.
+std::string head_field(const std::string& name) {
+  if (name.find_first_of(",\"\r\n") == std::string::npos) return name;
+  std::string quoted = "\"";
+  for (const char c : name) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
+std::string text_of(const Eigen::MatrixXd& data, const std::vector<std::string>& columns) {
+  std::string text;
+  for (const std::string& column : columns) text += (text.empty() ? "" : ",") + head_field(column);
+  text += '\n';
+  for (Eigen::Index n = 0; n < data.cols(); ++n) {
+    for (Eigen::Index i = 0; i < data.rows(); ++i) {
+      fmt::format_to(std::back_inserter(text), "{}{}", i == 0 ? "" : ",", data(i, n));
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+void check_size(Eigen::Index num_observations, const std::string& place) {
+  if (num_observations <= kObservationsMax) return;
+  refuse(place,
+         fmt::format("all files together must hold at most {} observations", kObservationsMax));
+}
+
 }  // namespace
 
 Eigen::MatrixXd parse_demonstration(std::string_view text, const std::string& name,
                                     const std::vector<std::string>& columns) {
-  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  CsvRows rows(text, name);  // first: it refuses what is no UTF-8
+  check_separator(text, name + ":1", columns);
+  if (!rows.next()) refuse(name, "is empty: must begin with a line of column names");
+  const std::size_t num_fields = rows.fields().size();
+  const std::vector<std::size_t> wanted = find_columns(rows.fields(), rows.place(), columns);
   std::vector<double> numbers;
-  std::vector<std::size_t> wanted;
-  std::size_t num_fields = 0;
-  for (int line_number = 1; !text.empty(); ++line_number) {
-    const auto line_end = text.find('\n');
-    const std::string_view line = text.substr(0, line_end);
-    text.remove_prefix(line_end == std::string_view::npos ? text.size() : line_end + 1);
-    const std::string place = fmt::format("{}:{}", name, line_number);
-    const std::vector<std::string_view> fields = fields_of(line);
-    if (line_number == 1) {
-      num_fields = fields.size();
-      if (num_fields > kColumnsMax) {
-        refuse(place, fmt::format("must have at most {} columns", kColumnsMax));
-      }
-      wanted = find_columns(fields, place, columns);
-      continue;
-    }
-    if (fields.size() != num_fields) {
-      refuse(place, fmt::format("has {} columns, must have the {} of the first line", fields.size(),
-                                num_fields));
+  while (rows.next()) {
+    if (rows.fields().size() != num_fields) {
+      refuse(rows.place(), fmt::format("has {} columns, must have the {} of the first line",
+                                       rows.fields().size(), num_fields));
     }
     for (std::size_t i = 0; i < wanted.size(); ++i) {
-      numbers.push_back(number_of(fields[wanted[i]], place, columns[i]));
+      numbers.push_back(number_of(rows.fields()[wanted[i]], rows.place(), columns[i]));
     }
   }
-  if (num_fields == 0) refuse(name, "is empty: must begin with a line of column names");
   const auto dim = static_cast<Eigen::Index>(columns.size());
   return Eigen::Map<const Eigen::MatrixXd>(numbers.data(), dim,
                                            static_cast<Eigen::Index>(numbers.size()) / dim);
@@ -129,15 +167,28 @@ CsvDemonstration read_demonstration_files(const std::vector<std::string>& files,
     hashes += to_hex(content_hash(text));
     const Eigen::MatrixXd observations = parse_demonstration(text, file, columns);
     const Eigen::Index before = result.data.cols();
-    if (before + observations.cols() > kObservationsMax) {
-      refuse(file,
-             fmt::format("all files together must hold at most {} observations", kObservationsMax));
-    }
+    check_size(before + observations.cols(), file);
     result.data.conservativeResize(Eigen::NoChange, before + observations.cols());
     result.data.rightCols(observations.cols()) = observations;
   }
   if (result.data.cols() < 2) refuse(files.front(), "holds less than 2 observations");
-  result.content = to_hex(content_hash(hashes));
+  result.text = text_of(result.data, columns);
+  result.content = to_hex(content_hash(result.text));
+  result.content_of_files = to_hex(content_hash(hashes));
+  return result;
+}
+
+CsvDemonstration read_demonstration_text(const std::string& text, const std::string& content,
+                                         const std::vector<std::string>& columns) {
+  const std::string place = "demonstrations." + content;
+  const std::string found = to_hex(content_hash(text));
+  if (found != content) refuse(place, "has another content, " + found);
+  CsvDemonstration result;
+  result.data = parse_demonstration(text, place, columns);
+  check_size(result.data.cols(), place);
+  if (result.data.cols() < 2) refuse(place, "holds less than 2 observations");
+  result.text = text;
+  result.content = content;
   return result;
 }
 

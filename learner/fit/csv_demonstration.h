@@ -16,9 +16,9 @@ class DemonstrationError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// One observation a line under a line of column names, separated by commas; blanks around names
-/// and numbers do not count. Other columns are not looked at, except that each line has them all.
-/// Throws DemonstrationError on columns that are missing or there twice, on lines of another length
+/// One observation a row under a row of column names, as csv_rows.h reads them; numbers may have a
+/// plus sign. Other columns are not looked at, except that each row has them all.
+/// Throws DemonstrationError on columns that are missing or there twice, on rows of another length
 /// and on anything in a wanted column that is not a finite number.
 /// @param name     of the file, for errors
 /// @param columns  d names: the rows of the result
@@ -26,14 +26,25 @@ class DemonstrationError : public std::runtime_error {
 Eigen::MatrixXd parse_demonstration(std::string_view text, const std::string& name,
                                     const std::vector<std::string>& columns);
 
-/// The observations of several files, one file after the other, and the hash of their contents. A
-/// demonstration has at least 2 observations and at most 100 000.
+/// A demonstration has at least 2 observations and at most 100 000.
 struct CsvDemonstration {
   Eigen::MatrixXd data;  ///< d x N
-  std::string content;   ///< hexadecimal
+  /// The same as CSV with "\n": the columns asked for, numbers in their shortest exact form. What
+  /// reads it gets the same bits; where the files lay and how their lines ended is not in it.
+  std::string text;
+  std::string content;  ///< content_hash() of the text, hexadecimal
+  /// What earlier versions called the content: a hash of the bytes of the files.
+  std::string content_of_files = {};
 };
+
+/// The observations of several files, one file after the other. Throws DemonstrationError.
 CsvDemonstration read_demonstration_files(const std::vector<std::string>& files,
                                           const std::vector<std::string>& columns,
                                           const FileReader& read_file);
+
+/// The demonstration whose CsvDemonstration::text this is, from outside. Throws DemonstrationError
+/// also if its content is another.
+CsvDemonstration read_demonstration_text(const std::string& text, const std::string& content,
+                                         const std::vector<std::string>& columns);
 
 }  // namespace treeroll

@@ -1,5 +1,7 @@
 #include "learner/fit/demonstration_settings.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -30,10 +32,12 @@ Demonstration cart_acceleration(SettingsReader& reader) {
   return result;
 }
 
+/// Of each row; 0 exactly where all its numbers are the same.
 Eigen::VectorXd variances(const Eigen::MatrixXd& data) {
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(data.rows());
   const auto count = static_cast<double>(data.cols());
   for (Eigen::Index i = 0; i < data.rows(); ++i) {
+    if (data.row(i).minCoeff() == data.row(i).maxCoeff()) continue;
     double mean = 0;
     for (Eigen::Index n = 0; n < data.cols(); ++n) mean += data(i, n) / count;
     for (Eigen::Index n = 0; n < data.cols(); ++n) {
@@ -43,8 +47,35 @@ Eigen::VectorXd variances(const Eigen::MatrixXd& data) {
   return variance;
 }
 
-Demonstration from_files(SettingsReader& reader, const FileReader& read_file) {
+CsvDemonstration read_files(SettingsReader& reader, const std::vector<std::string>& columns,
+                            const FileReader& read_file) {
   const std::vector<std::string> files = reader.strings("files", kFilesMax);
+  CsvDemonstration demonstration;
+  try {
+    demonstration = read_demonstration_files(files, columns, read_file);
+  } catch (const DemonstrationError& error) {
+    reader.refuse("files", error.what());
+  }
+  const std::string content = reader.string("content", demonstration.content);
+  if (content != demonstration.content && content != demonstration.content_of_files) {
+    reader.refuse("content", "the files have changed: their content is " + demonstration.content);
+  }
+  return demonstration;
+}
+
+/// A resolved study holds the data itself, under the name of their content.
+CsvDemonstration find_content(SettingsReader& reader, const std::vector<std::string>& columns,
+                              const FileReader& find) {
+  const std::string content = reader.string("content");
+  try {
+    if (!find) throw DemonstrationError("there are no demonstrations here");
+    return read_demonstration_text(find(content), content, columns);
+  } catch (const DemonstrationError& error) {
+    reader.refuse("content", error.what());
+  }
+}
+
+Demonstration from_table(SettingsReader& reader, const StartSources& sources) {
   std::vector<std::string> columns = reader.strings("inputs", kUsedColumnsMax);
   Demonstration result;
   result.input_dim = static_cast<int>(columns.size());
@@ -54,26 +85,18 @@ Demonstration from_files(SettingsReader& reader, const FileReader& read_file) {
     }
     columns.push_back(std::move(output));
   }
-  CsvDemonstration demonstration;
-  try {
-    demonstration = read_demonstration_files(files, columns, read_file);
-  } catch (const DemonstrationError& error) {
-    reader.refuse("files", error.what());
-  }
-  // The resolved study names the content, so that it is not run again on other data unawares.
-  if (reader.string("content", demonstration.content) != demonstration.content) {
-    reader.refuse("content", "the files have changed: their content is " + demonstration.content);
-  }
+  const bool has_data = reader.has("content") && !reader.has("files");
+  const CsvDemonstration demonstration =
+      has_data ? find_content(reader, columns, sources.find_demonstration)
+               : read_files(reader, columns, sources.read_file);
   const Eigen::VectorXd variance = variances(demonstration.data);
-  for (Eigen::Index i = 0; i < variance.size(); ++i) {
-    const Eigen::VectorXd row = demonstration.data.row(i);
-    if (row.minCoeff() < row.maxCoeff() && variance[i] > 0) continue;
-    reader.refuse(i < result.input_dim ? "inputs" : "outputs",
-                  "column \"" + columns[static_cast<std::size_t>(i)] +
-                      "\" of the files does not "
-                      "vary");
+  for (Eigen::Index i = 0; i < result.input_dim; ++i) {
+    if (variance[i] > 0) continue;
+    reader.refuse("inputs", fmt::format("column \"{}\" of the files does not vary",
+                                        columns[static_cast<std::size_t>(i)]));
   }
   result.data = demonstration.data;
+  result.text = demonstration.text;
   result.regularisation = kRegularisationShare * variance;
   result.output_deviation = std::sqrt(variance.tail(variance.size() - 1).maxCoeff());
   return result;
@@ -81,10 +104,10 @@ Demonstration from_files(SettingsReader& reader, const FileReader& read_file) {
 
 }  // namespace
 
-Demonstration read_demonstration(SettingsReader reader, const FileReader& read_file) {
+Demonstration read_demonstration(SettingsReader reader, const StartSources& sources) {
   const bool is_csv =
       reader.choice("kind", {"cart_acceleration", "csv"}, "cart_acceleration") == "csv";
-  Demonstration demonstration = is_csv ? from_files(reader, read_file) : cart_acceleration(reader);
+  Demonstration demonstration = is_csv ? from_table(reader, sources) : cart_acceleration(reader);
   reader.finish();
   return demonstration;
 }

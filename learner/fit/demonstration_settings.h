@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 
 #include "learner/fit/csv_demonstration.h"
 
@@ -11,9 +12,10 @@ class SettingsReader;
 /// Data to fit a policy to, and what suits their units.
 struct Demonstration {
   Eigen::MatrixXd data;            ///< d x N, inputs over outputs, columns are observations
+  std::string text;                ///< CsvDemonstration::text of files, else empty
   int input_dim = 1;               ///< dI
   Eigen::VectorXd regularisation;  ///< d x 1, variances a fit adds by default
-  double output_deviation = 5;     ///< of the components EM starts from by default
+  double output_deviation = 5;     ///< of the components EM starts from by default; 0: none suits
 };
 
 /// Reads [policy.demonstration], of one of two kinds:
@@ -27,10 +29,12 @@ struct Demonstration {
 ///   files = ["first.csv"]        # several are set beside each other
 ///   inputs = ["t"]               # names of columns
 ///   outputs = ["x", "y"]
-///   content = "5d..."            # optional: hash of the files, refused where they have changed
+///   content = "5d..."            # the data's: refused where the files have changed; or instead of
+///                                # files, where the sources know the data by it
 ///
 /// By default the regularisation of files is 1e-4 of each column's variance, and the deviation of
-/// the outputs that of the most varied of them. Throws ConfigError. Calls finish().
-Demonstration read_demonstration(SettingsReader reader, const FileReader& read_file);
+/// the outputs that of the most varied of them. An output may be constant: then both are 0, and a
+/// fit needs a regularisation of its own for it. Throws ConfigError. Calls finish().
+Demonstration read_demonstration(SettingsReader reader, const StartSources& sources);
 
 }  // namespace treeroll

@@ -19,6 +19,8 @@ namespace {
 constexpr double kLogTwoPi = 1.8378770664093453;
 /// A component responsible for less than this share of its data has lost them.
 constexpr double kShareMin = 1e-9;
+/// So many deviations from a mean a log-density is exact to 1e-10.
+constexpr double kFarDeviations = 1000;
 
 /// log(pi_k N(x | k)), prepared for many x. Sums are written out: products of large matrices are
 /// blocked by the processor's caches, and the order of a sum would depend on the machine.
@@ -119,6 +121,16 @@ bool same(const Gmm& a, const Gmm& b) {
   return true;
 }
 
+/// Where the start puts an output's mean: at 0 as the thesis does. All components share it, so it
+/// decides nothing, unless the data are so far from it that a squared distance swallows the digits
+/// that tell the components apart: then in the middle of the data.
+double start_mean(const Eigen::MatrixXd& data, Eigen::Index row, double deviation) {
+  const double low = data.row(row).minCoeff();
+  const double high = data.row(row).maxCoeff();
+  const double distance = std::max({low, -high, 0.});
+  return distance > kFarDeviations * deviation ? low + .5 * (high - low) : 0;
+}
+
 }  // namespace
 
 Gmm equally_spaced(const Eigen::MatrixXd& data, int input_dim, int num_components,
@@ -133,8 +145,11 @@ Gmm equally_spaced(const Eigen::MatrixXd& data, int input_dim, int num_component
   for (int k = 0; k < num_components; ++k) {
     Component component;
     component.prior = 1. / num_components;
-    component.mean = Eigen::VectorXd::Zero(data.rows());
+    component.mean.resize(data.rows());
     component.mean[0] = start + (k + .5) * share;
+    for (Eigen::Index i = 1; i < data.rows(); ++i) {
+      component.mean[i] = start_mean(data, i, output_deviation);
+    }
     component.covariance = variance.asDiagonal();
     components.push_back(std::move(component));
   }

@@ -21,7 +21,8 @@ struct EmSettings {
 };
 
 /// Mixture to start EM from, thesis section 4-3-1: components equally spaced over the range of the
-/// first input, each half its share of the range wide; other means 0, equal priors.
+/// first input, each half its share of the range wide; other means 0, or in the middle of the data
+/// where 0 is more than a thousand deviations from all of them; equal priors.
 /// @param data              d x N, columns are observations
 /// @param output_deviation  standard deviation in all dimensions but the first
 /// Throws FitError if the first input does not vary.

@@ -1,5 +1,7 @@
 #include "learner/fit/fit_tree.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -18,6 +20,12 @@ Gmm fit_layer(const Eigen::MatrixXd& data, int num_components, const FitSettings
                           : equally_spaced(data, settings.input_dim, num_components,
                                            settings.initial_output_deviation);
     return fit_em(start, data, settings.em);
+  } catch (const FitError& error) {
+    if (settings.start == FitStart::kKmeans) throw;
+    throw FitError(
+        fmt::format("{}; with policy.fit.start = \"kmeans\" every component begins with "
+                    "data of its own",
+                    error.what()));
   } catch (const std::invalid_argument& error) {
     throw FitError(error.what());
   }

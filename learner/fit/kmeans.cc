@@ -17,8 +17,10 @@ namespace {
 
 constexpr int kIterationsMax = 1000;
 
-/// Rows divided by their standard deviation.
-Eigen::MatrixXd standardised(const Eigen::MatrixXd& data) {
+/// Rows divided by their standard deviation. One that does not vary tells no two observations
+/// apart: it may only be an output, with a variance that the fit adds.
+Eigen::MatrixXd standardised(const Eigen::MatrixXd& data, int input_dim,
+                             const Eigen::VectorXd& regularisation) {
   Eigen::MatrixXd scaled = data;
   for (Eigen::Index i = 0; i < data.rows(); ++i) {
     double mean = 0, variance = 0;
@@ -29,8 +31,11 @@ Eigen::MatrixXd standardised(const Eigen::MatrixXd& data) {
     }
     variance /= static_cast<double>(data.cols());
     const bool varies = data.row(i).minCoeff() < data.row(i).maxCoeff() && variance > 0;
-    if (!varies) throw FitError(fmt::format("row {} of the data does not vary", i));
-    scaled.row(i) = (data.row(i).array() - mean) / std::sqrt(variance);
+    if (!varies && !(i >= input_dim && regularisation[i] > 0)) {
+      throw FitError(fmt::format("row {} of the data does not vary", i));
+    }
+    scaled.row(i).setZero();
+    if (varies) scaled.row(i) = (data.row(i).array() - mean) / std::sqrt(variance);
   }
   return scaled;
 }
@@ -133,7 +138,7 @@ Component moments(const Eigen::MatrixXd& data, const std::vector<int>& cluster, 
 Gmm kmeans(const Eigen::MatrixXd& data, int input_dim, int num_components, std::uint64_t seed,
            const Eigen::VectorXd& regularisation) {
   CHECK(num_components >= 1 && regularisation.size() == data.rows(), "shapes of k-means");
-  const Eigen::MatrixXd scaled = standardised(data);
+  const Eigen::MatrixXd scaled = standardised(data, input_dim, regularisation);
   Eigen::MatrixXd centres = first_centres(scaled, num_components, seed);
   std::vector<int> cluster = assigned(scaled, centres);
   for (int iteration = 0; iteration < kIterationsMax; ++iteration) {

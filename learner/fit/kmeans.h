@@ -14,7 +14,7 @@ namespace treeroll {
 /// @param data            d x N, columns are observations, finite
 /// @param regularisation  d x 1, added to the diagonal of each covariance
 /// Throws FitError if there are fewer different observations than components, or a row does not
-/// vary.
+/// vary, unless it is an output with a regularisation.
 Gmm kmeans(const Eigen::MatrixXd& data, int input_dim, int num_components, std::uint64_t seed,
            const Eigen::VectorXd& regularisation);
 

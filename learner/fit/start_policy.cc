@@ -19,7 +19,7 @@
 namespace treeroll {
 namespace {
 
-constexpr std::size_t kLayersMax = 8;
+constexpr std::size_t kFitLayersMax = 8;
 constexpr double kComponentsMax = 64;
 /// Densities evaluated by one fit: half a minute of a processor.
 constexpr double kWorkMax = 1e9;
@@ -37,13 +37,26 @@ FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration) 
                      std::vector<double>(standard.begin(), standard.end()));
   settings.em.regularisation =
       Eigen::Map<const Eigen::VectorXd>(regularisation.data(), standard.size());
+  const Eigen::VectorXd outputs =
+      settings.em.regularisation.tail(standard.size() - settings.input_dim);
+  for (Eigen::Index i = 0; i < outputs.size(); ++i) {
+    const Eigen::RowVectorXd values = demonstration.data.row(settings.input_dim + i);
+    if (outputs[i] > 0 || values.minCoeff() < values.maxCoeff()) continue;
+    reader.refuse(
+        "regularisation",
+        fmt::format("output {} of the demonstration does not vary: its variance, number {} "
+                    "here, must be above 0",
+                    i + 1, settings.input_dim + i + 1));
+  }
   if (reader.choice("start", {"equally_spaced", "kmeans"}, "equally_spaced") == "kmeans") {
     settings.start = FitStart::kKmeans;
     settings.kmeans_seed =
         static_cast<std::uint64_t>(reader.integer("kmeans_seed", 0, 1'000'000'000, 1));
   } else {
-    settings.initial_output_deviation = reader.number(
-        "initial_output_deviation", {.min = 1e-20, .max = 1e20}, demonstration.output_deviation);
+    const double suited = demonstration.output_deviation > 0 ? demonstration.output_deviation
+                                                             : std::sqrt(outputs.maxCoeff());
+    settings.initial_output_deviation =
+        reader.number("initial_output_deviation", {.min = 1e-20, .max = 1e20}, suited);
   }
   settings.split.axis =
       reader.choice("split_axis", {"cholesky", "principal"}, "cholesky") == "principal"
@@ -56,7 +69,7 @@ FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration) 
 /// Number of components a layer, coarse to fine.
 std::vector<int> read_components(SettingsReader& policy, bool is_flat, Eigen::Index num_samples) {
   const std::vector<double> numbers = policy.numbers(
-      "components", {.min = 1, .max = kComponentsMax}, 1, kLayersMax, std::vector<double>{2, 4});
+      "components", {.min = 1, .max = kComponentsMax}, 1, kFitLayersMax, std::vector<double>{2, 4});
   std::vector<int> components;
   for (const double number : numbers) {
     if (number != std::floor(number)) policy.refuse("components", "must hold integers");
@@ -94,10 +107,33 @@ std::vector<double> log_likelihoods(const TreeModel& tree, const Eigen::MatrixXd
   return by_layer;
 }
 
+/// A start that was fitted before and comes from outside: is it one that these settings describe?
+void check_fitted(SettingsReader& policy, const StartPolicy& fitted, const FitSettings& fit,
+                  ThetaLayout layout, const std::vector<int>& components, Eigen::Index dim) {
+  const auto* tree_policy = dynamic_cast<const TreePolicy*>(fitted.policy.get());
+  const auto require = [&](bool holds, const char* what) {
+    if (holds) return;
+    policy.refuse("fit",
+                  fmt::format("the study's stored start is another one: its {} differs", what));
+  };
+  require(tree_policy != nullptr, "kind");
+  const TreeModel& tree = tree_policy->tree();
+  require(tree_policy->layer() == 1, "explored layer");
+  require(tree_policy->layout() == layout, "layout");
+  require(tree.frame_kind() == fit.frame_kind, "kind of frames");
+  require(tree.input_dim() == fit.input_dim && tree.dim() == dim, "number of inputs or outputs");
+  require(tree.num_layers() == static_cast<int>(components.size()), "number of layers");
+  for (int layer = 1; layer <= tree.num_layers(); ++layer) {
+    require(tree.layer(layer).num_components() == components[static_cast<std::size_t>(layer) - 1],
+            "number of components");
+  }
+  require(fitted.log_likelihoods.size() == components.size(), "number of log-likelihoods");
+}
+
 StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, ThetaLayout layout,
-                              const FileReader& read_file) {
+                              const StartSources& sources) {
   const std::string model = policy.choice("model", {"tree", "flat", "top_down_tree"}, "tree");
-  const Demonstration demonstration = read_demonstration(policy.table("demonstration"), read_file);
+  const Demonstration demonstration = read_demonstration(policy.table("demonstration"), sources);
   const Eigen::MatrixXd& data = demonstration.data;
   FitSettings fit = read_fit(policy.table("fit"), demonstration);
   fit.frame_kind = frame_kind;
@@ -109,15 +145,26 @@ StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, Thet
                                      "{:.0f}",
                                      work, kWorkMax));
   }
+  StartPolicy start{.policy = {},
+                    .log_likelihoods = {},
+                    .demonstration = std::make_shared<const Eigen::MatrixXd>(data),
+                    .demonstration_text = demonstration.text};
+  if (sources.fitted) {
+    const bool is_flat = model == "flat";
+    check_fitted(policy, *sources.fitted, fit, layout,
+                 is_flat ? std::vector<int>{components.back()} : components, data.rows());
+    start.policy = sources.fitted->policy;
+    start.log_likelihoods = sources.fitted->log_likelihoods;
+    return start;
+  }
   const int num_layers = static_cast<int>(components.size());
   try {
     TreeModel tree = model == "flat"   ? fit_flat(data, components.back(), fit)
                      : model == "tree" ? fit_bottom_up(data, components.front(), num_layers, fit)
                                        : fit_top_down(data, components.back(), num_layers, fit);
-    std::vector<double> by_layer = log_likelihoods(tree, data);
-    return {.policy = std::make_shared<TreePolicy>(std::move(tree), 1, layout),
-            .log_likelihoods = std::move(by_layer),
-            .demonstration = std::make_shared<const Eigen::MatrixXd>(data)};
+    start.log_likelihoods = log_likelihoods(tree, data);
+    start.policy = std::make_shared<TreePolicy>(std::move(tree), 1, layout);
+    return start;
   } catch (const FitError& error) {
     policy.refuse("fit", fmt::format("no model can be fitted: {}", error.what()));
   } catch (const std::invalid_argument& error) {
@@ -133,14 +180,14 @@ TreeModel given_components(SettingsReader& policy, FrameKind frame_kind) {
 
 }  // namespace
 
-StartPolicy read_start_policy(SettingsReader& policy, const FileReader& read_file) {
+StartPolicy read_start_policy(SettingsReader& policy, const StartSources& sources) {
   const bool is_given = policy.choice("start", {"fit", "components"}, "fit") == "components";
   const ThetaLayout layout = read_layout(policy);
   const FrameKind frame_kind =
       policy.choice("frames", {"eigenvector", "cholesky"}, "eigenvector") == "cholesky"
           ? FrameKind::kCholesky
           : FrameKind::kEigenvector;
-  if (!is_given) return fit_demonstration(policy, frame_kind, layout, read_file);
+  if (!is_given) return fit_demonstration(policy, frame_kind, layout, sources);
   return {.policy = std::make_shared<TreePolicy>(given_components(policy, frame_kind), 1, layout)};
 }
 

@@ -28,8 +28,8 @@ class SettingsReader;
 ///
 /// With start = "components" there is no demonstration and no fit; the layers stand as
 /// component_layers.h says, and model is "tree", or "flat" for the finest layer alone.
-/// @param read_file  gives the files of a demonstration; without it there are none
-StartPolicy read_start_policy(SettingsReader& policy, const FileReader& read_file = {});
+/// A fit that the sources have is taken as it is, if it is such a policy as the settings describe.
+StartPolicy read_start_policy(SettingsReader& policy, const StartSources& sources = {});
 
 /// The standard kinds of policies, each with how a study starts it.
 PolicyRegistry learnable_policies();

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -47,6 +48,26 @@ class Window {
   std::uint64_t offset_ = 0;
 };
 
+/// Goes to where a record may begin, the byte it stands at or one behind it.
+/// @param only_zeros  set to false if any byte on the way is not 0
+/// @return            false at the end
+bool skip_to_sync_word(Window& window, bool& only_zeros) {
+  for (;;) {
+    const std::string_view bytes = window.ahead(kJournalRecordBytesMax);
+    if (bytes.empty()) return false;
+    const std::size_t found = bytes.find(kJournalSyncBytes);
+    // What it begins with may be the end of what is here.
+    const std::size_t behind = bytes.size() < kJournalRecordBytesMax
+                                   ? bytes.size()
+                                   : bytes.size() - (kJournalSyncBytes.size() - 1);
+    const std::size_t passed = std::min(found, behind);
+    only_zeros = only_zeros && found == std::string_view::npos &&
+                 bytes.substr(0, passed).find_first_not_of('\0') == std::string_view::npos;
+    window.skip(passed);
+    if (found != std::string_view::npos) return true;
+  }
+}
+
 /// True if the bytes are a seal but for its check and at most one byte of what every seal shares. A
 /// record torn to the size of a seal differs in two: the length of its data and its kind.
 bool looks_like_a_seal(std::string_view bytes) {
@@ -64,6 +85,8 @@ bool looks_like_a_seal(std::string_view bytes) {
   return differing <= 1;
 }
 
+JournalStart longest_start() { return {.program = std::string(kProgramBytesMax, ' ')}; }
+
 }  // namespace
 
 Result<JournalTail> read_journal(std::istream& file, const std::string& name,
@@ -80,15 +103,18 @@ Result<JournalTail> read_journal(std::istream& file, const std::string& name,
       if (looks_like_a_seal(window.ahead(kJournalRecordBytesMax))) {
         return damaged(tail.num_records, offset, "a seal that does not verify");
       }
-      for (; !window.ahead(kJournalRecordBytesMax).empty(); window.skip(1)) {
-        if (!unframe(window.ahead(kJournalRecordBytesMax))) continue;
-        return damaged(tail.num_records, offset,
-                       fmt::format("{}; it is damaged, for a valid record follows at byte {}",
-                                   framed.error().message, window.offset()));
+      tail.torn_bytes_are_zero = true;
+      while (skip_to_sync_word(window, tail.torn_bytes_are_zero)) {
+        if (unframe(window.ahead(kJournalRecordBytesMax))) {
+          return damaged(tail.num_records, offset,
+                         fmt::format("{}; it is damaged, for a valid record follows at byte {}",
+                                     framed.error().message, window.offset()));
+        }
+        window.skip(1);
       }
       tail.torn_bytes = window.offset() - offset;
       // The first record is on stable storage before a second one is written.
-      if (tail.num_records == 0 && tail.torn_bytes > framed_size(JournalStart{})) {
+      if (tail.num_records == 0 && tail.torn_bytes > framed_size(longest_start())) {
         return Error{fmt::format("{}: is no journal: not one record is in its {} bytes", name,
                                  tail.torn_bytes)};
       }
@@ -97,8 +123,17 @@ Result<JournalTail> read_journal(std::istream& file, const std::string& name,
     if (framed->number != tail.num_records || framed->check_before != tail.last_check) {
       return damaged(tail.num_records, window.offset(), "it does not follow the record before it");
     }
+    const auto* start = std::get_if<JournalStart>(&framed->record);
+    if (start && start->format > kJournalFormat) {
+      // Nothing is damaged: whoever could mend damage must leave it alone.
+      throw std::runtime_error(fmt::format(
+          "{}: record {} at byte {}: from here on it is written in form {} by treeroll {}, and "
+          "this "
+          "program reads forms up to {}: take that version",
+          name, tail.num_records, window.offset(), start->format, start->program, kJournalFormat));
+    }
     const bool begins = tail.num_records == 0 || tail.sealed;
-    if (begins && !std::holds_alternative<JournalStart>(framed->record)) {
+    if (begins && !start) {
       return damaged(tail.num_records, window.offset(), "a start must stand here");
     }
     on_record(framed->record);
@@ -119,6 +154,15 @@ Result<JournalTail> read_journal(const std::filesystem::path& path,
   return read_journal(file, path.string(), on_record);
 }
 
+namespace {
+
+/// As a person may act upon it.
+[[noreturn]] void refuse_touched(const std::filesystem::path& path, const std::string& what) {
+  throw std::runtime_error(fmt::format("{}: another process has {}", path.string(), what));
+}
+
+}  // namespace
+
 JournalWriter::JournalWriter(std::filesystem::path path) : path_(std::move(path)) {
   descriptor_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
   if (descriptor_ < 0) fail("open");
@@ -135,6 +179,7 @@ void JournalWriter::continue_after(const JournalTail& tail) {
   last_check_ = tail.last_check;
   if (ftruncate(descriptor_, static_cast<off_t>(tail.intact_bytes)) != 0) fail("cut");
   if (lseek(descriptor_, 0, SEEK_END) < 0) fail("seek");
+  size_ = tail.intact_bytes;
 }
 
 JournalWriter::~JournalWriter() {
@@ -146,17 +191,35 @@ void JournalWriter::fail(const char* action) const {
       fmt::format("{}: cannot {} the journal: {}", path_.string(), action, std::strerror(errno)));
 }
 
+void JournalWriter::check_untouched() const {
+  struct stat ours {};
+  struct stat named {};
+  if (fstat(descriptor_, &ours) != 0) fail("look at");
+  if (ours.st_nlink == 0) refuse_touched(path_, "deleted the journal");
+  if (const auto size = static_cast<std::uint64_t>(ours.st_size); size != size_) {
+    refuse_touched(path_, fmt::format("{} the journal: it has {} bytes, must have {}",
+                                      size < size_ ? "cut" : "written to", size, size_));
+  }
+  const bool is_there = stat(path_.c_str(), &named) == 0;
+  if (is_there && named.st_ino == ours.st_ino && named.st_dev == ours.st_dev) return;
+  refuse_touched(path_, is_there ? "put another file in the journal's place"
+                                 : "moved the journal to another name");
+}
+
 void JournalWriter::append(const JournalRecord& record, std::int64_t wall_time_us) {
   buffer_ += frame(record, next_number_++, wall_time_us, last_check_, last_check_);
 }
 
 void JournalWriter::flush() {
+  if (buffer_.empty()) return;
+  check_untouched();  // before: what is written behind a cut would be a hole and a record
   std::size_t written = 0;
   while (written < buffer_.size()) {
     const ssize_t size = write(descriptor_, buffer_.data() + written, buffer_.size() - written);
     if (size < 0 && errno == EINTR) continue;
     if (size <= 0) fail("write");
     written += static_cast<std::size_t>(size);
+    size_ += static_cast<std::uint64_t>(size);
     has_unsynced_ = true;
   }
   buffer_.clear();
@@ -165,6 +228,7 @@ void JournalWriter::flush() {
 void JournalWriter::sync() {
   flush();
   if (!has_unsynced_) return;
+  check_untouched();
   if (fdatasync(descriptor_) != 0) fail("sync");
   has_unsynced_ = false;
 }

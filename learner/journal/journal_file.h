@@ -15,8 +15,9 @@ struct JournalTail {
   std::int64_t num_records = 0;  ///< intact ones
   std::uint64_t last_check = 0;  ///< of the last of them
   std::uint64_t intact_bytes = 0;
-  std::uint64_t torn_bytes = 0;  ///< behind them, no valid record among them
-  bool sealed = false;           ///< the last record is a seal
+  std::uint64_t torn_bytes = 0;      ///< behind them, no valid record among them
+  bool torn_bytes_are_zero = false;  ///< all of them: what a host leaves that lost power
+  bool sealed = false;               ///< the last record is a seal
 };
 
 /// Reads a journal from its start and gives each record to `on_record`.
@@ -24,7 +25,8 @@ struct JournalTail {
 /// with valid records behind it, a seal that does not verify, records out of order, a first
 /// record or one behind a seal that is no start, are errors that
 /// name file, record and offset; so is a file without a record that is longer than what a crash
-/// leaves of the first. Whatever `on_record` throws passes through.
+/// leaves of the first. Throws std::runtime_error for a start of a later form than this program
+/// knows, which is no damage. Whatever `on_record` throws passes through.
 Result<JournalTail> read_journal(const std::filesystem::path& path,
                                  const std::function<void(const JournalRecord&)>& on_record);
 /// The same of bytes that are no file. `name` stands for the path in errors.
@@ -33,7 +35,8 @@ Result<JournalTail> read_journal(std::istream& bytes, const std::string& name,
 
 /// Appends records. write(2) at each flush, so that nothing waits in this process; sync() makes
 /// them last. Every failing call throws std::runtime_error with path and reason: a learner that
-/// cannot write must stop. One thread.
+/// cannot write must stop. So does one whose journal another process has cut, changed, deleted or
+/// moved: nobody could go on from it. One thread.
 class JournalWriter {
  public:
   /// Opens or makes the journal and takes a lock that the kernel releases when the process ends;
@@ -52,9 +55,11 @@ class JournalWriter {
 
  private:
   [[noreturn]] void fail(const char* action) const;
+  void check_untouched() const;
 
   std::filesystem::path path_;
   int descriptor_ = -1;
+  std::uint64_t size_ = 0;  ///< as this has left the file
   std::int64_t next_number_ = 0;
   std::uint64_t last_check_ = 0;
   std::string buffer_;

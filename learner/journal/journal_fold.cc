@@ -2,86 +2,193 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
 
 #include "common/files/atomic_file.h"
+#include "common/protocol/limits.h"
 
 namespace treeroll {
 namespace {
 
 namespace fs = std::filesystem;
 
-void check_same_study(const JournalStart& start, const ContentHash& study_id) {
-  if (start.study_id != study_id) {
-    throw std::runtime_error("the journal belongs to another study than study.toml");
-  }
-  if (start.algorithm_version != kAlgorithmVersion) {
-    throw std::runtime_error(
-        fmt::format("the journal was written by version {} of the algorithm, this is version {}",
-                    start.algorithm_version, kAlgorithmVersion));
-  }
+void check_version(const JournalStart& start) {
+  if (start.algorithm_version == kAlgorithmVersion) return;
+  throw std::runtime_error(fmt::format(
+      "the journal was written by version {} of the algorithm (treeroll {}), this is version {}: "
+      "take that treeroll, or learn its study.toml anew",
+      start.algorithm_version, start.format == 1 ? "0.1.0" : start.program, kAlgorithmVersion));
 }
 
-/// One record more. Throws std::runtime_error if it does not follow from those before.
-void fold(const JournalRecord& record, const ContentHash& study_id, TimePoint now,
-          learner::LearnerCore& core) {
-  if (const auto* start = std::get_if<JournalStart>(&record)) {
-    return check_same_study(*start, study_id);
+/// The run that this one is once each condition has more repetitions.
+std::int32_t renumbered(std::int32_t run, std::int32_t repetitions_then, std::int32_t now) {
+  if (run < 0 || repetitions_then == now) return run;
+  const std::int64_t number = std::int64_t{run / repetitions_then} * now + run % repetitions_then;
+  return static_cast<std::int32_t>(std::min<std::int64_t>(number, protocol::kRunsMax));
+}
+
+/// Follows a journal through the studies that came before the one that is asked for.
+class Stages {
+ public:
+  /// @param studies  those of the journal
+  Stages(const JournalStudies& studies, const StudyInJournal& study, std::int32_t repetitions_now)
+      : study_(study),
+        repetitions_now_(repetitions_now),
+        stage_(studies.first.value_or(study.id)),
+        is_there_(stage_ == study.id) {
+    const bool is_known =
+        is_there_ || std::any_of(studies.extensions.begin(), studies.extensions.end(),
+                                 [&study](const JournalExtension& extension) {
+                                   return extension.study_id == study.id;
+                                 });
+    if (!is_known) throw std::runtime_error(kOtherStudy);
+    repetitions_ = is_there_ ? study.repetitions : studies.extensions.front().repetitions_before;
   }
+
+  /// The record with the numbers that runs have now. Nothing if it lies behind an extension of the
+  /// study. Throws std::runtime_error if the studies do not follow from each other.
+  std::optional<NumberedRecord> next(const JournalRecord& record) {
+    if (is_past_) return std::nullopt;
+    NumberedRecord numbered{.record = record};
+    if (const auto* start = std::get_if<JournalStart>(&record)) {
+      check_version(*start);
+      if (start->study_id != stage_) throw std::runtime_error(kOtherStudy);
+    } else if (const auto* extension = std::get_if<JournalExtension>(&record)) {
+      extend(*extension);
+      if (is_past_) return std::nullopt;
+    } else if (auto* result = std::get_if<AcceptedResult>(&numbered.record)) {
+      const std::int32_t then = result->key.run;
+      result->key.run = renumbered(then, repetitions_, repetitions_now_);
+      if (result->key.run != then) numbered.run_then = then;
+      numbered.is_of_earlier_study = !is_there_ || study_.is_before_extension;
+    }
+    return numbered;
+  }
+
+ private:
+  static constexpr const char* kOtherStudy = "the journal belongs to another study than study.toml";
+
+  void extend(const JournalExtension& extension) {
+    if (extension.study_id_before != stage_ || extension.repetitions_before != repetitions_) {
+      throw std::runtime_error("an extension of another study than the one before it");
+    }
+    is_past_ = is_there_;
+    if (is_past_) return;
+    stage_ = extension.study_id;
+    repetitions_ = extension.repetitions;
+    is_there_ = stage_ == study_.id;
+    if (is_there_ && repetitions_ != study_.repetitions) {
+      throw std::runtime_error(fmt::format("an extension to {} repetitions, the study has {}",
+                                           repetitions_, study_.repetitions));
+    }
+  }
+
+  const StudyInJournal& study_;
+  std::int32_t repetitions_now_;
+  ContentHash stage_;             // the study that the records now belong to
+  std::int32_t repetitions_ = 1;  // its
+  bool is_there_ = false;         // it is study_
+  bool is_past_ = false;          // study_ has been extended
+};
+
+/// Throws std::runtime_error if the record does not follow from those before.
+void apply(const NumberedRecord& numbered, TimePoint now, learner::LearnerCore& core) {
+  const auto* result = std::get_if<AcceptedResult>(&numbered.record);
+  const auto* time = std::get_if<LearningTime>(&numbered.record);
   learner::Effects unsent;
-  const auto* result = std::get_if<AcceptedResult>(&record);
-  const auto* time = std::get_if<LearningTime>(&record);
+  if (const auto* worker = std::get_if<KnownWorker>(&numbered.record)) {
+    return core.step(now, learner::WorkerRecovered{*worker}, unsent);
+  }
   if (!result && !time) return;
   if (core.outcome() == learner::LearnerCore::Outcome::kDone) {
     throw std::runtime_error("the journal goes on although every run has ended");
   }
-  if (result) core.step(now, learner::ResultRecovered{*result}, unsent);
+  if (result) {
+    const bool may_be_superseded = numbered.is_of_earlier_study && result->key.number < 0;
+    core.step(now, learner::ResultRecovered{*result, numbered.run_then, may_be_superseded}, unsent);
+  }
   if (time) core.step(now, learner::TimeRecovered{*time}, unsent);
   if (core.outcome() == learner::LearnerCore::Outcome::kFailed)
     throw std::runtime_error(core.failure());
+}
+
+[[noreturn]] void refuse(const std::string& damage, const std::istream& file) {
+  // What cannot be read may be whole.
+  const char* advice =
+      file.bad() ? "" : " (treeroll-learner --resume DIR --salvage keeps what is before)";
+  throw std::runtime_error(damage + advice);
+}
+
+std::ifstream open_journal(const fs::path& journal) {
+  std::ifstream file(journal, std::ios::binary);
+  if (!file) throw std::runtime_error(journal.string() + ": " + std::strerror(errno));
+  return file;
 }
 
 fs::path free_name(const fs::path& journal) {
   for (int i = 1;; ++i) {
     fs::path name = journal;
     name += i == 1 ? ".damaged" : fmt::format(".damaged{}", i);
-    if (!fs::exists(name)) return name;
+    // A link that leads nowhere is taken too: it would be followed.
+    if (fs::symlink_status(name).type() == fs::file_type::not_found) return name;
   }
 }
 
 }  // namespace
 
-JournalTail fold_journal(const fs::path& journal, const ContentHash& study_id, TimePoint now,
-                         learner::LearnerCore& core,
-                         const std::function<void(const JournalRecord&)>& on_record) {
-  learner::Effects unsent;  // workers ask for definitions when they need them
-  core.step(now, learner::Started{}, unsent);
+JournalStudies read_studies(const fs::path& journal) {
+  JournalStudies studies;
+  std::ifstream file = open_journal(journal);
+  const auto on_next = [&studies](const JournalRecord& record) {
+    const auto* start = std::get_if<JournalStart>(&record);
+    if (start && !studies.first) studies.first = start->study_id;
+    const auto* extension = std::get_if<JournalExtension>(&record);
+    if (extension) studies.extensions.push_back(*extension);
+  };
+  const Result<JournalTail> tail = read_journal(file, journal.string(), on_next);
+  if (!tail) refuse(tail.error().message, file);
+  return studies;
+}
+
+JournalTail read_numbered(const fs::path& journal, const StudyInJournal& study,
+                          std::int32_t repetitions_now,
+                          const std::function<void(const NumberedRecord&)>& on_record) {
+  const JournalStudies studies = read_studies(journal);
   std::int64_t number = 0;
   std::uint64_t offset = 0;
-  std::ifstream file(journal, std::ios::binary);
-  if (!file) throw std::runtime_error(journal.string() + ": " + std::strerror(errno));
+  std::optional<Stages> stages;
+  std::ifstream file = open_journal(journal);
   const auto on_next = [&](const JournalRecord& record) {
     try {
-      fold(record, study_id, now, core);
+      if (!stages) stages.emplace(studies, study, repetitions_now);
+      if (const std::optional<NumberedRecord> numbered = stages->next(record)) on_record(*numbered);
     } catch (const std::runtime_error& error) {
       throw std::runtime_error(fmt::format("{}: record {} at byte {}: {}", journal.string(), number,
                                            offset, error.what()));
     }
     ++number;
     offset += framed_size(record);
-    if (on_record) on_record(record);
   };
   const Result<JournalTail> tail = read_journal(file, journal.string(), on_next);
-  if (!tail) {
-    // What cannot be read may be whole.
-    const char* advice =
-        file.bad() ? "" : " (treeroll-learner --resume DIR --salvage keeps what is before)";
-    throw std::runtime_error(tail.error().message + advice);
-  }
+  if (!tail) refuse(tail.error().message, file);
   return *tail;
+}
+
+JournalTail fold_journal(const fs::path& journal, const StudyInJournal& study, TimePoint now,
+                         learner::LearnerCore& core, const FoldHooks& hooks) {
+  learner::Effects unsent;  // workers ask for definitions when they need them
+  core.step(now, learner::Started{}, unsent);
+  return read_numbered(journal, study, core.study().repetitions,
+                       [&](const NumberedRecord& numbered) {
+                         if (hooks.before) hooks.before(numbered.record);
+                         apply(numbered, now, core);
+                         if (hooks.after) hooks.after(numbered.record);
+                       });
 }
 
 Salvaged salvage_journal(const fs::path& journal) {

@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "common/base/time.h"
 #include "learner/core/learner_core.h"
@@ -11,14 +13,55 @@
 
 namespace treeroll {
 
-/// Brings a fresh core to where a journal ends: every result must answer the question that is drawn
-/// again at its place, so every perturbation and every update is recomputed on the way.
-/// @param study_id   hash of the study's text; a journal of another study is refused
-/// @param on_record  called with each record once it is applied; may be empty
-/// Throws std::runtime_error that names the journal, and for a difference its first record.
-JournalTail fold_journal(const std::filesystem::path& journal, const ContentHash& study_id,
-                         TimePoint now, learner::LearnerCore& core,
-                         const std::function<void(const JournalRecord&)>& on_record = {});
+/// The studies a journal was learnt under: the first, then what each extension made of it.
+struct JournalStudies {
+  std::optional<ContentHash> first;  ///< nothing in an empty journal
+  std::vector<JournalExtension> extensions;
+
+  std::optional<ContentHash> last() const {
+    return extensions.empty() ? first : extensions.back().study_id;
+  }
+};
+/// Throws std::runtime_error as fold_journal() does.
+JournalStudies read_studies(const std::filesystem::path& journal);
+
+/// How a journal knows a core's study.
+struct StudyInJournal {
+  ContentHash id;                ///< of its text
+  std::int32_t repetitions = 1;  ///< of the study of that text
+  /// The core's study is that of the text with an extension that the journal does not tell of yet.
+  bool is_before_extension = false;
+};
+
+/// A record, with the numbers that runs have in a study of so many repetitions.
+struct NumberedRecord {
+  JournalRecord record;
+  std::optional<std::int32_t> run_then = std::nullopt;  ///< of a result, if it was another
+  bool is_of_earlier_study = false;                     ///< a result before an extension
+};
+/// Reads a journal to its end, or to the record that extends this study.
+/// Throws as fold_journal() does, and with the record's place what `on_record` throws as
+/// std::runtime_error.
+JournalTail read_numbered(const std::filesystem::path& journal, const StudyInJournal& study,
+                          std::int32_t repetitions_now,
+                          const std::function<void(const NumberedRecord&)>& on_record);
+
+/// What is called with each record; both may be empty. Runs in it are numbered as in the core's
+/// study.
+struct FoldHooks {
+  std::function<void(const JournalRecord&)> before = {};  ///< it is applied
+  std::function<void(const JournalRecord&)> after = {};
+};
+
+/// Brings a fresh core to where a journal ends, or to the record that extends this study: every
+/// result must answer the question that is drawn again at its place, so every perturbation and
+/// every update is recomputed on the way. Of the studies before an extension the roll-outs count as
+/// if the study had been the core's from the start; their final evaluations do not, unless the core
+/// asks for the same.
+/// Throws std::runtime_error that names the journal, and for a difference its first record. So does
+/// a journal of another study.
+JournalTail fold_journal(const std::filesystem::path& journal, const StudyInJournal& study,
+                         TimePoint now, learner::LearnerCore& core, const FoldHooks& hooks = {});
 
 /// What salvage has kept of a damaged journal.
 struct Salvaged {

@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <optional>
+
+#include "common/base/cut_text.h"
 
 namespace treeroll {
 namespace {
@@ -12,15 +16,30 @@ namespace {
 constexpr std::uint32_t kSyncWord = 0xeda1da01;
 constexpr std::size_t kHeaderBytes = 28;
 constexpr std::size_t kCheckBytes = 8;
+/// Of a start of form 1, behind its kind.
+constexpr std::size_t kFirstStartBytes = 28;
 constexpr std::string_view kChannel = kJournalChannel;
 
-enum Kind : std::uint8_t { kStart = 1, kResult = 2, kSeal = 3, kTime = 4 };
+enum Kind : std::uint8_t {
+  kStart = 1,
+  kResult = 2,
+  kSeal = 3,
+  kTime = 4,
+  kExtension = 16,
+  kWorker = 17,
+};
 
 template <class Integer>
 void put(std::string& bytes, Integer value) {
   for (int shift = 8 * (static_cast<int>(sizeof value) - 1); shift >= 0; shift -= 8) {
     bytes.push_back(static_cast<char>(static_cast<std::uint64_t>(value) >> shift));
   }
+}
+
+/// Precondition: at most 255 bytes.
+void put_text(std::string& bytes, const std::string& text) {
+  put(bytes, static_cast<std::uint8_t>(text.size()));
+  bytes += text;
 }
 
 /// Reads big-endian integers in turn. Precondition of each: enough bytes are left.
@@ -40,6 +59,13 @@ class Cursor {
     place_ += size;
     return bytes_.substr(place_ - size, size);
   }
+  /// Nothing if the text would end behind the bytes or is longer than it may be.
+  std::optional<std::string> take_text(std::size_t size_max) {
+    if (left() < 1) return std::nullopt;
+    const auto size = take<std::uint8_t>();
+    if (size > size_max || size > left()) return std::nullopt;
+    return std::string(take_bytes(size));
+  }
   std::size_t left() const { return bytes_.size() - place_; }
 
  private:
@@ -51,14 +77,21 @@ std::uint64_t check_of(std::string_view bytes) {
   return static_cast<std::uint64_t>(short_form(content_hash(bytes)));
 }
 
+void put(std::string& bytes, const ContentHash& hash) {
+  bytes.append(reinterpret_cast<const char*>(hash.bytes.data()), hash.bytes.size());
+}
+
 std::string payload_of(const JournalRecord& record) {
   std::string bytes;
   if (const auto* start = std::get_if<JournalStart>(&record)) {
     put(bytes, static_cast<std::uint8_t>(kStart));
     put(bytes, start->algorithm_version);
-    bytes.append(reinterpret_cast<const char*>(start->study_id.bytes.data()),
-                 start->study_id.bytes.size());
+    put(bytes, start->study_id);
     put(bytes, start->learner_id);
+    if (start->format > 1) {
+      put(bytes, start->format);
+      put_text(bytes, start->program);
+    }
   } else if (const auto* result = std::get_if<AcceptedResult>(&record)) {
     put(bytes, static_cast<std::uint8_t>(kResult));
     put(bytes, result->key.run);
@@ -67,26 +100,84 @@ std::string payload_of(const JournalRecord& record) {
     put(bytes, std::bit_cast<std::uint64_t>(result->outcome.reward()));
     put(bytes, static_cast<std::uint8_t>(result->outcome.status()));
     put(bytes, result->worker_id);
+    // A reason stands behind a duration: -1 where nobody measured it.
+    if (result->duration_ns || !result->outcome.reason().empty()) {
+      put(bytes, result->duration_ns.value_or(-1));
+    }
+    bytes += result->outcome.reason();
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
     put(bytes, static_cast<std::uint8_t>(kTime));
     put(bytes, std::int64_t{time->elapsed.count()});
+  } else if (const auto* extension = std::get_if<JournalExtension>(&record)) {
+    put(bytes, static_cast<std::uint8_t>(kExtension));
+    put(bytes, extension->study_id_before);
+    put(bytes, extension->study_id);
+    put(bytes, extension->repetitions_before);
+    put(bytes, extension->repetitions);
+  } else if (const auto* worker = std::get_if<KnownWorker>(&record)) {
+    put(bytes, static_cast<std::uint8_t>(kWorker));
+    put(bytes, worker->worker_id);
+    put(bytes, worker->pid);
+    put_text(bytes, cut_text(worker->numeric_class, protocol::kNumericClassBytesMax));
+    put_text(bytes, cut_text(worker->host, protocol::kHostNameBytesMax));
   } else {
     put(bytes, static_cast<std::uint8_t>(kSeal));
   }
   return bytes;
 }
 
+ContentHash take_hash(Cursor& cursor) {
+  ContentHash hash;
+  std::memcpy(hash.bytes.data(), cursor.take_bytes(hash.bytes.size()).data(), hash.bytes.size());
+  return hash;
+}
+
+Result<JournalRecord> worker_of(Cursor cursor) {
+  KnownWorker worker;
+  worker.worker_id = cursor.take<std::int64_t>();
+  worker.pid = cursor.take<std::int32_t>();
+  const auto numeric_class = cursor.take_text(protocol::kNumericClassBytesMax);
+  const auto host = cursor.take_text(protocol::kHostNameBytesMax);
+  if (!numeric_class || !host || cursor.left() > 0) return Error{"a worker is not whole"};
+  worker.numeric_class = *numeric_class;
+  worker.host = *host;
+  return JournalRecord(worker);
+}
+
+Result<JournalRecord> extension_of(Cursor cursor) {
+  JournalExtension extension;
+  extension.study_id_before = take_hash(cursor);
+  extension.study_id = take_hash(cursor);
+  extension.repetitions_before = cursor.take<std::int32_t>();
+  extension.repetitions = cursor.take<std::int32_t>();
+  if (extension.repetitions_before < 1 || extension.repetitions < extension.repetitions_before) {
+    return Error{fmt::format("an extension from {} repetitions to {}", extension.repetitions_before,
+                             extension.repetitions)};
+  }
+  return JournalRecord(extension);
+}
+
 Result<JournalRecord> record_of(std::string_view payload) {
   Cursor cursor(payload);
   const auto kind = cursor.take<std::uint8_t>();
-  if (kind == kStart && cursor.left() == 28) {
+  if (kind == kStart && cursor.left() >= kFirstStartBytes) {
     JournalStart start;
+    start.format = 1;
     start.algorithm_version = cursor.take<std::uint32_t>();
-    std::memcpy(start.study_id.bytes.data(), cursor.take_bytes(16).data(), 16);
+    start.study_id = take_hash(cursor);
     start.learner_id = cursor.take<std::int64_t>();
+    if (cursor.left() == 0) return JournalRecord(start);
+    if (cursor.left() < sizeof start.format) return Error{"a start ends amid its form"};
+    start.format = cursor.take<std::uint32_t>();
+    const std::optional<std::string> program = cursor.take_text(kProgramBytesMax);
+    // What a later form has beside is its own business: who reads it refuses the form.
+    if (!program || start.format < 2 || (start.format == kJournalFormat && cursor.left() > 0)) {
+      return Error{"a start names no form and program"};
+    }
+    start.program = *program;
     return JournalRecord(start);
   }
-  if (kind == kResult && cursor.left() == 33) {
+  if (kind == kResult && (cursor.left() == 33 || cursor.left() >= 41)) {
     AcceptedResult result;
     result.key.run = cursor.take<std::int32_t>();
     result.key.number = cursor.take<std::int32_t>();
@@ -94,16 +185,26 @@ Result<JournalRecord> record_of(std::string_view payload) {
     const auto reward = std::bit_cast<double>(cursor.take<std::uint64_t>());
     const auto status = cursor.take<std::uint8_t>();
     result.worker_id = cursor.take<std::int64_t>();
+    if (cursor.left() > 0) {
+      const auto duration_ns = cursor.take<std::int64_t>();
+      if (duration_ns >= 0) result.duration_ns = duration_ns;
+    }
     if (status >= kNumRolloutStatuses) return Error{fmt::format("status {} is unknown", status)};
     if (!std::isfinite(reward) || reward < 0) {
       return Error{fmt::format("reward {} is not finite or negative", reward)};
     }
-    result.outcome = {reward, static_cast<RolloutStatus>(status)};
+    const std::string_view reason = cursor.take_bytes(cursor.left());
+    if (!reason.empty() && status == static_cast<std::uint8_t>(RolloutStatus::kOk)) {
+      return Error{"a result that is ok has a reason"};
+    }
+    result.outcome = {reward, static_cast<RolloutStatus>(status), std::string(reason)};
     return JournalRecord(result);
   }
   if (kind == kTime && cursor.left() == 8) {
     return JournalRecord(LearningTime{Duration(cursor.take<std::int64_t>())});
   }
+  if (kind == kExtension && cursor.left() == 40) return extension_of(cursor);
+  if (kind == kWorker && cursor.left() >= 14) return worker_of(cursor);
   if (kind == kSeal && cursor.left() == 0) return JournalRecord(JournalSeal{});
   return Error{fmt::format("a record of kind {} cannot have {} bytes", kind, payload.size())};
 }

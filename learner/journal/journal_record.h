@@ -2,11 +2,14 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "common/base/content_hash.h"
 #include "common/base/result.h"
+#include "common/protocol/limits.h"
 #include "learner/core/accepted_result.h"
+#include "learner/core/known_worker.h"
 #include "learner/core/learning_time.h"
 
 namespace treeroll {
@@ -15,13 +18,20 @@ namespace treeroll {
 /// bits. 1 is that of the first, 0.1.0.
 inline constexpr std::uint32_t kAlgorithmVersion = 1;
 
+/// The form of records. 1 is that of version 0.1.0: its starts name no form and no program, and it
+/// has no records of workers. A journal may go on in a later form than it begins with.
+inline constexpr std::uint32_t kJournalFormat = 2;
+inline constexpr std::size_t kProgramBytesMax = 64;
+
 /// What the journal says, record by record.
 
 /// A learner has begun to write, the first or after an interruption.
 struct JournalStart {
   std::uint32_t algorithm_version = kAlgorithmVersion;
-  ContentHash study_id;  ///< of the resolved study's text
+  ContentHash study_id = {};  ///< of the resolved study's text
   std::int64_t learner_id = 0;
+  std::uint32_t format = kJournalFormat;  ///< of the records from here on
+  std::string program = {};               ///< version of the learner, at most kProgramBytesMax
   bool operator==(const JournalStart&) const = default;
 };
 
@@ -30,7 +40,18 @@ struct JournalSeal {
   bool operator==(const JournalSeal&) const = default;
 };
 
-using JournalRecord = std::variant<JournalStart, AcceptedResult, LearningTime, JournalSeal>;
+/// From here on a study that has been extended is learnt: more roll-outs, more repetitions or more
+/// time. Stands behind the start of the learner that was given the extension.
+struct JournalExtension {
+  ContentHash study_id_before;          ///< of the study's text until now
+  ContentHash study_id;                 ///< of the text that holds from here on
+  std::int32_t repetitions_before = 1;  ///< run r was repetition r % this
+  std::int32_t repetitions = 1;         ///< run r is repetition r % this
+  bool operator==(const JournalExtension&) const = default;
+};
+
+using JournalRecord = std::variant<JournalStart, AcceptedResult, LearningTime, KnownWorker,
+                                   JournalExtension, JournalSeal>;
 
 /// A record as an event of LCM's log format, on channel kJournalChannel:
 ///
@@ -41,15 +62,24 @@ using JournalRecord = std::variant<JournalStart, AcceptedResult, LearningTime, J
 ///       20     4  length of the channel, 16
 ///       24     4  length of the data
 ///       28    16  "TREEROLL_JOURNAL"
-///       44     1  kind: 1 start, 2 result, 3 seal, 4 time
-///       45        start:  version 4, study 16, learner 8
-///                 result: run 4, number 4, content 8, reward 8 (IEEE 754), status 1, worker 8
+///       44     1  kind: 1 start, 2 result, 3 seal, 4 time, 16 extension, 17 worker
+///       45        start:  version 4, study 16, learner 8; from form 2 on form 4, program text
+///                 result: run 4, number 4, content 8, reward 8 (IEEE 754), status 1, worker 8;
+///                         from form 2 on duration 8, ns, -1 if unknown, and the reason, if its
+///                         status is not ok: at most 256 bytes
 ///                 time:   elapsed 8, ns of learning up to here
+///                 extension: study before 16, study 16, repetitions before 4, repetitions 4
+///                 worker: worker 8, pid 4, numeric class text, host text
+///                 A text is its length, 1, and its bytes.
 ///      -16     8  check of the record before it, 0 for the first
 ///       -8     8  check of this record: the first 8 bytes of the BLAKE2b hash (128 bits) of all of
 ///                 it up to here, so that each verifies alone and the order is fixed
+inline constexpr std::string_view kJournalSyncBytes = "\xed\xa1\xda\x01";
 inline constexpr const char* kJournalChannel = "TREEROLL_JOURNAL";
-inline constexpr std::size_t kJournalRecordBytesMax = 28 + 16 + 1 + 33 + 16;
+inline constexpr std::size_t kJournalRecordBytesMax =
+    28 + 16 + 1 + 41 + kOutcomeReasonBytesMax + 16;
+static_assert(12 + 2 + protocol::kNumericClassBytesMax + protocol::kHostNameBytesMax <=
+              41 + kOutcomeReasonBytesMax);
 
 struct FramedRecord {
   JournalRecord record;

@@ -40,15 +40,17 @@ class RolloutMaker {
       auto task = tasks_.find(task_content);
       if (task == tasks_.end()) {
         tasks_[task_content] = std::nullopt;  // if it cannot be described, it is asked about once
-        task = tasks_.insert_or_assign(task_content, describe_task(task_content, program_)).first;
+        task =
+            tasks_.insert_or_assign(task_content, describe_task(task_content, program_).description)
+                .first;
         all_deterministic_ = all_deterministic_ && task->second->deterministic;
       }
       if (!task->second) return std::nullopt;
       PolicyEvaluation said = evaluate_with(
           program_, *task->second,
           {.task_content = task_content, .policy_text = policy, .seed = 0, .trace = true});
-      return ShownRollout{.reward = said.reward,
-                          .status = std::move(said.status),
+      return ShownRollout{.reward = said.outcome.reward(),
+                          .status = std::string(name(said.outcome.status())),
                           .trace = thinned(said.trace, kRowsMax)};
     } catch (const ConfigError& error) {
       fmt::print(stderr, "a roll-out cannot be shown: {}\n", error.what());
@@ -64,26 +66,31 @@ class RolloutMaker {
   bool all_deterministic_ = true;
 };
 
+PolicyPtr read_best(const RunRecord& run, const PolicyRegistry& registry,
+                    const StudyResults& results) {
+  Result<PolicyPtr> read = registry.from_json(run.best_policy);
+  if (read) return *std::move(read);
+  throw std::runtime_error(fmt::format("{}: policy of {}, repetition {}: {}",
+                                       results.directory.string(), run.condition, run.repetition,
+                                       read.error().message));
+}
+
 }  // namespace
 
 std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const StudyResults& results) {
   const PolicyRegistry registry = learnable_policies();
   std::vector<LearntPolicy> policies;
-  for (const Condition& condition : loaded.study.conditions) {
+  for (std::size_t i = 0; i < loaded.study.conditions.size(); ++i) {
+    const Condition& condition = loaded.study.conditions[i];
     LearntPolicy policy{.condition = condition.name, .start = condition.start};
-    const RunRecord* best = nullptr;
+    policy.columns = loaded.columns[i];
+    double best_reward = 0;
     for (const RunRecord* run : runs_of(results, condition.name)) {
-      if (run->best_policy.empty() || (best && run->best_reward <= best->best_reward)) continue;
-      best = run;
-    }
-    if (best) {
-      Result<PolicyPtr> read = registry.from_json(best->best_policy);
-      if (!read) {
-        throw std::runtime_error(fmt::format("{}: policy of {}, repetition {}: {}",
-                                             results.directory.string(), best->condition,
-                                             best->repetition, read.error().message));
-      }
-      policy.best = *std::move(read);
+      if (run->best_policy.empty()) continue;
+      policy.solutions.push_back(read_best(*run, registry, results));
+      if (policy.best && run->best_reward <= best_reward) continue;
+      policy.best = policy.solutions.back();
+      best_reward = run->best_reward;
     }
     policies.push_back(std::move(policy));
   }
@@ -137,13 +144,8 @@ std::vector<StartModel> start_models(const LoadedStudy& loaded,
     StartModel model{.conditions = {policies[i].condition},
                      .policy = policies[i].start,
                      .demonstration = loaded.demonstrations[i],
-                     .log_likelihoods = loaded.log_likelihoods[i]};
-    if (policies[i].start_rollout) {
-      const RolloutTrace& trace = policies[i].start_rollout->trace;
-      model.columns = trace.policy_inputs;
-      model.columns.insert(model.columns.end(), trace.policy_outputs.begin(),
-                           trace.policy_outputs.end());
-    }
+                     .log_likelihoods = loaded.log_likelihoods[i],
+                     .columns = names_of(policies[i])};
     models.push_back(std::move(model));
   }
   return models;

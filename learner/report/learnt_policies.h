@@ -5,14 +5,14 @@
 #include <vector>
 
 #include "learner/report/figures/layer_plot.h"
-#include "learner/report/figures/policy_plot.h"
+#include "learner/report/figures/learnt_policy.h"
 #include "learner/results/study_results.h"
 #include "learner/study/study_file.h"
 
 namespace treeroll::report {
 
-/// What the conditions of a study began with and their best policies, by the rewards of all
-/// repetitions. Throws std::runtime_error for a policy file that cannot be read.
+/// What the conditions of a study began with and their best policies, that of all repetitions and
+/// that of each. Throws std::runtime_error for a policy file that cannot be read.
 std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const StudyResults& results);
 
 /// Has a worker executable make the roll-outs of these policies, with seed 0.
@@ -22,8 +22,8 @@ std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
                                        const std::filesystem::path& worker_program,
                                        std::vector<LearntPolicy>& policies);
 
-/// The start policies, each once, with the conditions that share it. The names of its variables are
-/// those of its roll-out.
+/// The start policies, each once, with the conditions that share it. Their variables have the
+/// names of names_of().
 std::vector<StartModel> start_models(const LoadedStudy& loaded,
                                      const std::vector<LearntPolicy>& policies);
 

@@ -5,14 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 #include <stdexcept>
 
 #include "learner/core/run.h"
 #include "learner/explore/layer_start.h"
-#include "learner/journal/journal_file.h"
 #include "learner/results/run_counts.h"
 #include "learner/results/state_directory.h"
+#include "learner/state/state_study.h"
 
 namespace treeroll::report {
 namespace {
@@ -28,22 +29,30 @@ struct ToldRun {
   std::size_t num_before_stop = std::numeric_limits<std::size_t>::max();  ///< by the study's time
 };
 
-std::vector<ToldRun> by_number(const StudyResults& results) {
+std::vector<ToldRun> by_number(const Study& study, const StudyResults& results) {
   std::vector<ToldRun> told(results.runs.size());
   for (std::size_t run = 0; run < told.size(); ++run) {
     const std::vector<RolloutRecord>& rollouts = results.runs[run].rollouts;
     for (std::size_t i = 0; i < rollouts.size(); ++i) {
       if (!is_applied(rollouts[i])) continue;
-      told[run].results.push_back({static_cast<int>(i), {rollouts[i].reward, rollouts[i].status}});
+      const Told result{static_cast<int>(i), {rollouts[i].reward, rollouts[i].status}};
+      // One that was given up has been discarded so often, and once more.
+      const int num_trials = result.outcome.is_discarded() ? study.discards_max + 1 : 1;
+      told[run].results.insert(told[run].results.end(), num_trials, result);
     }
   }
   return told;
 }
 
 /// Of results that came in this order, those that could be applied in sequence.
-std::size_t num_in_sequence(const std::vector<Told>& results) {
+std::size_t num_in_sequence(const Study& study, const std::vector<Told>& results) {
   std::set<int> numbers;
-  for (const Told& result : results) numbers.insert(result.number);
+  std::map<int, int> num_discards;
+  for (const Told& result : results) {
+    const bool is_tried_again =
+        result.outcome.is_discarded() && ++num_discards[result.number] <= study.discards_max;
+    if (!is_tried_again) numbers.insert(result.number);
+  }
   int next = 0;
   while (numbers.contains(next)) ++next;
   return static_cast<std::size_t>(next);
@@ -53,30 +62,36 @@ std::size_t num_in_sequence(const std::vector<Told>& results) {
 std::vector<ToldRun> as_they_arrived(const Study& study, const StudyResults& results) {
   std::vector<ToldRun> told(results.runs.size());
   bool time_is_up = false;
-  const auto on_record = [&](const JournalRecord& record) {
+  const auto on_record = [&](const NumberedRecord& numbered) {
+    const JournalRecord& record = numbered.record;
     const auto* time = std::get_if<LearningTime>(&record);
     if (time && study.stop_after && !time_is_up && time->elapsed >= *study.stop_after) {
       time_is_up = true;
       for (ToldRun& run : told) {
-        run.num_before_stop = study.in_sequence ? num_in_sequence(run.results) : run.results.size();
+        run.num_before_stop =
+            study.in_sequence ? num_in_sequence(study, run.results) : run.results.size();
       }
     }
     const auto* result = std::get_if<AcceptedResult>(&record);
-    if (result == nullptr || result->key.number == learner::Run::kEvaluation) return;
+    if (result == nullptr || result->key.number < 0) return;
     if (result->key.run < 0 || static_cast<std::size_t>(result->key.run) >= told.size()) return;
+    // What a learner has written since the results were read is none of them.
+    const RunRecord& run = results.runs[static_cast<std::size_t>(result->key.run)];
+    const auto number = static_cast<std::size_t>(result->key.number);
+    if (number >= run.rollouts.size() || !is_applied(run.rollouts[number])) return;
     told[static_cast<std::size_t>(result->key.run)].results.push_back(
         {result->key.number, result->outcome});
   };
-  const Result<JournalTail> tail = read_journal(journal_of(results.directory), on_record);
-  if (!tail) throw std::runtime_error(tail.error().message);
+  const StateFiles files{results.directory, journal_of(results.directory)};
+  read_numbered(files.journal, read_state_study(files).in_journal, study.repetitions, on_record);
   return told;
 }
 
 std::vector<ToldRun> what_was_told(const Study& study, const StudyResults& results) {
-  if (study.in_sequence && !study.stop_after) return by_number(results);
+  if (study.in_sequence && !study.stop_after) return by_number(study, results);
   std::vector<ToldRun> arrived = as_they_arrived(study, results);
   if (!study.in_sequence) return arrived;
-  std::vector<ToldRun> told = by_number(results);
+  std::vector<ToldRun> told = by_number(study, results);
   for (std::size_t run = 0; run < told.size(); ++run) {
     told[run].num_before_stop = arrived[run].num_before_stop;
   }
@@ -107,11 +122,12 @@ std::vector<double> levels(const Study& study, const RunRecord& record, const To
   int layer = run.exploration().layer();
   std::set<int> asked;
   std::vector<double> found;
-  for (const Told& result : told.results) {
-    if (found.size() == told.num_before_stop) run.stop();
+  for (std::size_t i = 0; i < told.results.size(); ++i) {
+    const Told& result = told.results[i];
+    if (i == told.num_before_stop) run.stop();
     for (const explore::Draw& draw : run.take_draws()) asked.insert(draw.rollout);
     require(asked.erase(result.number) == 1);
-    run.accept(result.number, result.outcome, 0);
+    if (run.accept(result.number, result.outcome, 0) == 0) continue;  // discarded
     if (run.exploration().layer() != layer) {
       layer = run.exploration().layer();
       noise_variance = unit();

@@ -9,11 +9,17 @@
 #include <map>
 
 #include "common/base/config_error.h"
+#include "common/base/shown_reward.h"
 #include "common/files/atomic_file.h"
 #include "common/program/standard_output.h"
+#include "learner/journal/journal_file.h"
+#include "learner/journal/journal_origins.h"
 #include "learner/report/claims_file.h"
 #include "learner/report/report_figures.h"
 #include "learner/report/report_sections.h"
+#include "learner/report/state_results.h"
+#include "learner/results/state_directory.h"
+#include "learner/results/summary.h"
 #include "learner/study/study_error.h"
 #include "learner/study/study_file.h"
 
@@ -28,8 +34,10 @@ constexpr std::int64_t kNoiseRolloutsMax = 400'000;
 /// What is asked for must be there before anything is read or drawn.
 void check(const ReportOptions& options) {
   for (const fs::path& directory : options.directories) {
+    const bool has_journal = fs::is_regular_file(journal_of(directory));
     for (const char* file : {"study.toml", "runs.csv", "rollouts.csv"}) {
-      if (fs::is_regular_file(directory / file)) continue;
+      const bool is_needed = !has_journal || file == study_of(directory).filename();
+      if (!is_needed || fs::is_regular_file(directory / file)) continue;
       throw ConfigError("DIR", directory.string(),
                         fmt::format("must be the state directory of a study: it has no {}", file));
     }
@@ -46,7 +54,11 @@ std::vector<StudyResults> read_studies(const std::vector<fs::path>& directories)
   std::vector<StudyResults> studies;
   std::map<std::string, int> counts;
   for (const fs::path& directory : directories) {
-    StudyResults study = read_study_results(directory);
+    StudyResults study = read_state_results(directory);
+    if (!study.missing.empty()) {
+      fmt::print(stderr, "{} is not complete: {}: treeroll-learner --resume {} goes on\n",
+                 study.name, study.missing, directory.string());
+    }
     if (const int count = ++counts[study.name]; count > 1) {
       study.name += fmt::format(" ({})", count);
     }
@@ -55,7 +67,8 @@ std::vector<StudyResults> read_studies(const std::vector<fs::path>& directories)
   return studies;
 }
 
-/// Under what the conditions began with, refitted: no table holds it. Only where a claim asks.
+/// Under what the conditions began with: the study holds it, no table does. Only where a claim
+/// asks.
 void add_log_likelihoods(const std::vector<Claim>& claims, std::vector<StudyResults>& studies) {
   for (StudyResults& results : studies) {
     const bool is_asked = std::any_of(claims.begin(), claims.end(), [&](const Claim& claim) {
@@ -73,6 +86,26 @@ void add_log_likelihoods(const std::vector<Claim>& claims, std::vector<StudyResu
       // A demonstration that has been moved away: the claim is not measured, the others stand.
       fmt::print(stderr, "fits of {} are not judged: {}\n", results.name, error.what());
     }
+  }
+}
+
+/// Results of workers of several numeric classes are worth a word. A study without a journal says
+/// nothing of them.
+void remark_classes(const StudyResults& study, std::vector<std::string>& remarks) {
+  const fs::path journal = journal_of(study.directory);
+  if (!fs::is_regular_file(journal)) return;
+  JournalOrigins origins;
+  const Result<JournalTail> tail =
+      read_journal(journal, [&](const JournalRecord& record) { origins.add(record); });
+  if (!tail) {
+    fmt::print(stderr, "{}\n", tail.error().message);
+    remarks.emplace_back(
+        "On what the roll-outs were computed is not known: the journal is damaged.");
+  } else if (origins.results_by_class().size() > 1) {
+    remarks.push_back(
+        fmt::format("The roll-outs were computed by workers of several numeric classes: {}. The "
+                    "bits of the results depend on who computed which.",
+                    class_list(origins.results_by_class())));
   }
 }
 
@@ -97,8 +130,10 @@ Chosen choose(const std::vector<StudyResults>& studies, const std::string& argum
                                   : "several studies have this condition: write STUDY:CONDITION");
 }
 
+/// @param remarks  sentences on what is left out of them
 std::vector<Comparison> comparisons(const ReportOptions& options,
-                                    const std::vector<StudyResults>& studies) {
+                                    const std::vector<StudyResults>& studies,
+                                    std::vector<std::string>& remarks) {
   if (!options.compare.empty()) {
     const Chosen a = choose(studies, options.compare.at(0));
     const Chosen b = choose(studies, options.compare.at(1));
@@ -116,6 +151,9 @@ std::vector<Comparison> comparisons(const ReportOptions& options,
         comparison.b = study.name + ":" + comparison.b;
       }
       all.push_back(std::move(comparison));
+    }
+    if (std::string remark = pairs_left_out(study); !remark.empty()) {
+      remarks.push_back(std::move(remark));
     }
   }
   return all;
@@ -136,8 +174,9 @@ void print_comparisons(const std::vector<Comparison>& comparisons) {
   for (const Comparison& comparison : comparisons) {
     if (!comparison.end) continue;
     const TestResult& end = *comparison.end;
-    fmt::print("{} - {}: {:+.3f} [{:.3f}, {:.3f}] near the end, p {:.2g}\n", comparison.a,
-               comparison.b, end.difference, end.interval_95.low, end.interval_95.high, end.p);
+    fmt::print("{} - {}: {}{} {} near the end, p {:.2g}\n", comparison.a, comparison.b,
+               end.difference > 0 ? "+" : "", shown_reward(end.difference),
+               shown_interval(end.interval_95), end.p);
   }
 }
 
@@ -151,13 +190,15 @@ void write_report(const ReportOptions& options) {
   add_log_likelihoods(claims, studies);
   std::vector<ClaimResult> results;
   for (const Claim& claim : claims) results.push_back(judge(claim, studies));
-  const std::vector<Comparison> compared = comparisons(options, studies);
+  std::vector<std::string> comparison_remarks;
+  const std::vector<Comparison> compared = comparisons(options, studies, comparison_remarks);
 
   Document document{.title = "Report", .sections = {}};
   std::vector<StudyPictures> figures;
   for (const StudyResults& study : studies) {
     figures.push_back(draw_study(study, options.output, options.worker_program,
                                  kNoiseRolloutsMax / static_cast<std::int64_t>(studies.size())));
+    remark_classes(study, figures.back().remarks);
   }
   if (!claims.empty()) {
     std::vector<Picture> all;
@@ -166,7 +207,9 @@ void write_report(const ReportOptions& options) {
     }
     document.sections.push_back(claims_section(claims, results, all));
   }
-  if (!compared.empty()) document.sections.push_back(comparison_section("Comparisons", compared));
+  if (!compared.empty()) {
+    document.sections.push_back(comparison_section("Comparisons", compared, comparison_remarks));
+  }
   for (std::size_t i = 0; i < studies.size(); ++i) {
     document.sections.push_back(study_section(studies[i], figures[i].pictures, figures[i].remarks));
   }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "learner/report/figures/motion_plot.h"
+#include "learner/report/figures/policy_plot.h"
 #include "learner/report/figures/study_plots.h"
 #include "learner/report/gnuplot.h"
 #include "learner/report/learnt_policies.h"
@@ -50,11 +51,10 @@ void add_policies(const LoadedStudy& loaded, const StudyResults& results,
   append(layer_plots(results.name, start_models(loaded, policies)), figures);
   append(policy_plots(results.name, policies), figures);
   append(path_plots(results.name, policies), figures);
+  append(solution_plots(results.name, policies), figures);
+  append(slice_plots(results.name, policies), figures);
   append(goal_plots(results.name, policies), figures);
   append(motion_plots(results.name, policies), figures);
-  if (const auto names = not_drawn(policies); !names.empty()) {
-    figures.left_out.push_back("Policies of several inputs are not drawn: " + listed(names) + ".");
-  }
 }
 
 Figures figures_of(const StudyResults& results, const fs::path& worker_program,

@@ -17,6 +17,12 @@ json or_null(const std::optional<Interval>& interval) {
   return interval ? json{interval->low, interval->high} : json();
 }
 
+json or_null(const Comparison::ByRollout& values) {
+  json all = json::array();
+  for (const auto& value : values) all.push_back(or_null(value));
+  return all;
+}
+
 json to_json(const Claim& claim, const ClaimResult& result, const std::optional<double>& adjusted) {
   return {{"claim", claim.text},
           {"section", claim.section},
@@ -56,9 +62,16 @@ json to_json(const StudyResults& study) {
                           {"best_reward", or_null(summary.mean_best_reward)},
                           {"best_reward_interval_95", or_null(summary.interval_95)},
                           {"final_reward", or_null(summary.mean_final_reward)},
+                          {"final_reward_interval_95", or_null(summary.final_interval_95)},
+                          {"start_reward", or_null(summary.mean_start_reward)},
+                          {"discarded", summary.num_discarded},
+                          {"last_failure", summary.last_failure},
+                          {"remarks", remarks(summary)},
                           {"first_switch", switches}});
   }
-  return {{"study", study.name}, {"conditions", conditions}};
+  return {{"study", study.name},
+          {"missing", study.missing.empty() ? json(nullptr) : json(study.missing)},
+          {"conditions", conditions}};
 }
 
 json to_json(const Comparison& comparison) {
@@ -67,8 +80,8 @@ json to_json(const Comparison& comparison) {
                 {"n", {comparison.num_a, comparison.num_b}},
                 {"means", {or_null(comparison.mean_a), or_null(comparison.mean_b)}},
                 {"hedges_g", or_null(comparison.g)},
-                {"p_over_rollouts", comparison.p},
-                {"p_over_rollouts_holm", comparison.p_holm},
+                {"p_over_rollouts", or_null(comparison.p)},
+                {"p_over_rollouts_holm", or_null(comparison.p_holm)},
                 {"p", nullptr},
                 {"difference_interval_95", nullptr},
                 {"paired_p", nullptr}};

@@ -8,20 +8,21 @@
 #include <cstddef>
 #include <map>
 
+#include "common/base/shown_reward.h"
+#include "learner/report/figures/condition_grid.h"
 #include "learner/results/run_counts.h"
 #include "learner/results/summary.h"
 
 namespace treeroll::report {
 namespace {
 
-constexpr std::size_t kAllPairsMax = 6;
+/// Rows of a table of comparisons.
+constexpr std::size_t kPairsMax = 400;
 
 std::string number(const std::optional<double>& value) {
-  return value ? fmt::format("{:.3f}", *value) : "-";
+  return value ? shown_reward(*value) : "-";
 }
-std::string text(const std::optional<Interval>& interval) {
-  return interval ? fmt::format("[{:.3f}, {:.3f}]", interval->low, interval->high) : "-";
-}
+std::string text(const std::optional<Interval>& interval) { return shown_interval(interval); }
 std::string text_of_p(const std::optional<double>& p) {
   if (!p) return "-";
   return *p < 1e-6 ? "< 1e-6" : fmt::format("{:.2g}", *p);
@@ -36,9 +37,9 @@ std::vector<double> present(const std::vector<const RunRecord*>& runs, const Mea
 }
 
 Table reward_table(const StudyResults& study) {
-  Table table{.columns = {"condition", "runs", "near the end: mean", "95 %", "median",
-                          "best roll-out: mean", "95 %", "mean policy: mean", "95 %", "roll-outs",
-                          "failed roll-outs", "runs without an end"},
+  Table table{.columns = {"condition", "runs", "start policy: mean", "near the end: mean", "95 %",
+                          "median", "best roll-out: mean", "95 %", "mean policy: mean", "95 %",
+                          "roll-outs", "failed roll-outs", "runs without an end"},
               .rows = {}};
   for (const ConditionSummary& summary : summarize(study.runs)) {
     const auto runs = runs_of(study, summary.condition);
@@ -47,16 +48,35 @@ Table reward_table(const StudyResults& study) {
     const auto lacking = runs.size() - final_rewards.size();
     table.rows.push_back({{summary.condition, ""},
                           {std::to_string(summary.num_runs), ""},
+                          {number(summary.mean_start_reward), ""},
                           {number(mean(end)), ""},
                           {text(mean_interval_95(end)), ""},
                           {number(median(end)), ""},
                           {number(summary.mean_best_reward), ""},
                           {text(summary.interval_95), ""},
                           {number(mean(final_rewards)), ""},
-                          {text(mean_interval_95(final_rewards)), ""},
+                          {text(summary.final_interval_95), ""},
                           {std::to_string(summary.num_rollouts), ""},
                           {std::to_string(summary.num_failed), ""},
                           {std::to_string(lacking), ""}});
+  }
+  return table;
+}
+
+/// Of the conditions in which roll-outs have failed or trials were void.
+Table failure_table(const StudyResults& study) {
+  Table table{.columns = {"condition", "diverged", "failed", "crashed", "timed out", "given up",
+                          "discarded trials", "the last failure"},
+              .rows = {}};
+  for (const ConditionSummary& summary : summarize(study.runs)) {
+    if (summary.num_failed == 0 && summary.num_discarded == 0) continue;
+    std::vector<Cell> row = {{summary.condition, ""}};
+    for (std::size_t i = 1; i < summary.by_status.size(); ++i) {
+      row.push_back({std::to_string(summary.by_status[i]), ""});
+    }
+    row.push_back({std::to_string(summary.num_discarded), ""});
+    row.push_back({summary.last_failure.empty() ? "-" : summary.last_failure, ""});
+    table.rows.push_back(std::move(row));
   }
   return table;
 }
@@ -140,14 +160,27 @@ Section claims_section(const std::vector<Claim>& claims, const std::vector<Claim
 Section study_section(const StudyResults& study, const std::vector<Picture>& figures,
                       const std::vector<std::string>& remarks) {
   Section section{.id = to_id(study.name), .title = "Study " + study.name, .blocks = {}};
+  if (!study.missing.empty()) {
+    section.blocks.emplace_back("The study is not complete: " + study.missing +
+                                ". treeroll-learner --resume with its directory goes on.");
+  }
   section.blocks.emplace_back(
-      "Rewards of roll-outs are of perturbed policies; those of the mean policy are evaluated "
-      "apart "
-      "from the budget. Intervals are of the mean over repetitions, by Student's t. A failed "
+      "Rewards of roll-outs are of perturbed policies; those of the start policy and of "
+      "the mean policy are evaluated apart from the budget. Intervals are of the mean over "
+      "repetitions, by Student's t. A failed "
       "roll-out "
       "counts with reward 0; a run without an end was stopped before its final policy was "
       "evaluated.");
   section.blocks.emplace_back(reward_table(study));
+  for (const ConditionSummary& summary : summarize(study.runs)) {
+    for (const std::string& remark : treeroll::remarks(summary)) {
+      section.blocks.emplace_back(remark);
+    }
+  }
+  if (Table failures = failure_table(study); !failures.rows.empty()) {
+    section.blocks.emplace_back("Roll-outs that failed, by how they ended:");
+    section.blocks.emplace_back(std::move(failures));
+  }
   if (Table switches = switch_table(study); !switches.rows.empty()) {
     section.blocks.emplace_back(
         "Roll-outs before the first switch of layer, over the runs that switched:");
@@ -158,7 +191,8 @@ Section study_section(const StudyResults& study, const std::vector<Picture>& fig
   return section;
 }
 
-Section comparison_section(const std::string& title, const std::vector<Comparison>& comparisons) {
+Section comparison_section(const std::string& title, const std::vector<Comparison>& comparisons,
+                           const std::vector<std::string>& remarks) {
   Section section{.id = to_id(title), .title = title, .blocks = {}};
   section.blocks.emplace_back(
       "p is of the one-sided Welch test that the first is greater near the last roll-out, with "
@@ -166,7 +200,9 @@ Section comparison_section(const std::string& title, const std::vector<Compariso
       "correction over this table beside it; the paired p takes repetitions that share their "
       "random "
       "numbers together. The last columns count the roll-outs at which the first is ahead with p < "
-      ".05, plain and corrected over all roll-outs.");
+      ".05, of those at which both have two runs, plain and corrected over all of them. Within a "
+      "study "
+      "every two conditions are compared whose names differ in one part alone.");
   std::vector<double> p;
   for (const Comparison& comparison : comparisons) {
     if (comparison.end) p.push_back(comparison.end->p);
@@ -177,10 +213,12 @@ Section comparison_section(const std::string& title, const std::vector<Compariso
               .rows = {}};
   std::size_t tested = 0;
   for (const Comparison& comparison : comparisons) {
-    const auto ahead = [](const std::vector<double>& values) {
-      const auto count =
-          std::count_if(values.begin(), values.end(), [](double value) { return value < .05; });
-      return fmt::format("{} of {}", count, values.size());
+    const auto ahead = [](const Comparison::ByRollout& values) {
+      const auto num_tested = std::count_if(values.begin(), values.end(),
+                                            [](const auto& value) { return value.has_value(); });
+      const auto count = std::count_if(values.begin(), values.end(),
+                                       [](const auto& value) { return value && *value < .05; });
+      return fmt::format("{} of {}", count, num_tested);
     };
     std::optional<double> p_end;
     std::optional<double> p_holm;
@@ -206,31 +244,25 @@ Section comparison_section(const std::string& title, const std::vector<Compariso
                           {ahead(comparison.p_holm), ""}});
   }
   section.blocks.emplace_back(std::move(table));
+  for (const std::string& remark : remarks) section.blocks.emplace_back(remark);
   return section;
 }
 
 std::vector<Comparison> comparisons_within(const StudyResults& study) {
-  const std::vector<std::string> conditions = conditions_of(study);
   std::vector<Comparison> comparisons;
-  const auto add = [&](const std::string& a, const std::string& b) {
+  for (const auto& [a, b] : pairs_of(conditions_of(study))) {
+    if (comparisons.size() == kPairsMax) break;
     comparisons.push_back(compare(a, runs_of(study, a), b, runs_of(study, b), true));
-  };
-  if (conditions.size() <= kAllPairsMax) {
-    for (std::size_t i = 0; i < conditions.size(); ++i) {
-      for (std::size_t j = i + 1; j < conditions.size(); ++j) add(conditions[i], conditions[j]);
-    }
-    return comparisons;
-  }
-  const auto end = [&](const std::string& condition) {
-    return mean(present(runs_of(study, condition), {})).value_or(-1);
-  };
-  const auto best = *std::max_element(
-      conditions.begin(), conditions.end(),
-      [&](const std::string& a, const std::string& b) { return end(a) < end(b); });
-  for (const std::string& condition : conditions) {
-    if (condition != best) add(best, condition);
   }
   return comparisons;
+}
+
+std::string pairs_left_out(const StudyResults& study) {
+  const std::size_t num_pairs = pairs_of(conditions_of(study)).size();
+  if (num_pairs <= kPairsMax) return "";
+  return fmt::format(
+      "Of the {} pairs of {} the first {} stand here; --compare A B compares any other.", num_pairs,
+      study.name, kPairsMax);
 }
 
 std::vector<Comparison> comparisons_between(const StudyResults& a, const StudyResults& b) {

@@ -24,10 +24,15 @@ Section study_section(const StudyResults& study, const std::vector<Picture>& fig
                       const std::vector<std::string>& remarks = {});
 
 /// The comparisons at the end of learning, Holm's correction over them, then p over roll-outs.
-Section comparison_section(const std::string& title, const std::vector<Comparison>& comparisons);
+/// @param remarks  sentences below the table
+Section comparison_section(const std::string& title, const std::vector<Comparison>& comparisons,
+                           const std::vector<std::string>& remarks = {});
 
-/// Which conditions of a study to compare: all pairs of at most six, else each with the best.
+/// Every two conditions of a study that differ in one part of their names alone (pairs_of()), of
+/// very many pairs the first.
 std::vector<Comparison> comparisons_within(const StudyResults& study);
+/// A sentence on the pairs that are too many for comparisons_within(); empty if none are.
+std::string pairs_left_out(const StudyResults& study);
 /// Conditions of the same name in both.
 std::vector<Comparison> comparisons_between(const StudyResults& a, const StudyResults& b);
 

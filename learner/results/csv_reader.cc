@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kShownMax = 60;
 
 /// A field as an error shows it: short, and nothing a terminal would obey.
-std::string shown(std::string_view text) {
+std::string quoted(std::string_view text) {
   std::string short_text(text.substr(0, kShownMax));
   for (char& c : short_text) {
     if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = '?';
@@ -33,13 +33,17 @@ bool parse(std::string_view text, T& value) {
 
 }  // namespace
 
-CsvReader::CsvReader(const std::filesystem::path& path, std::vector<std::string> columns)
+CsvReader::CsvReader(const std::filesystem::path& path, std::vector<std::string> columns,
+                     std::size_t num_old)
     : name_(path.string()),
       columns_(std::move(columns)),
       content_(read_whole_file(path)),
       fields_(columns_.size()),
       unquoted_(columns_.size()) {
   const std::string header = fmt::format("{}", fmt::join(columns_, ","));
+  const auto num_found =
+      std::ranges::count(std::string_view(content_).substr(0, content_.find('\n')), ',') + 1;
+  if (num_old > 0 && static_cast<std::size_t>(num_found) == num_old) columns_.resize(num_old);
   if (!next()) refuse_line("is empty: must begin with " + header);
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     if (fields_[i] != columns_[i]) refuse(static_cast<int>(i), "the first line must be " + header);
@@ -128,18 +132,22 @@ std::vector<std::int64_t> CsvReader::integers(int column, std::int64_t min,
   return values;
 }
 
-double CsvReader::reward(int column) const {
+std::optional<double> CsvReader::as_reward(std::string_view word) {
   double value = 0;
-  if (!parse(text(column), value) || !std::isfinite(value) || value < 0) {
-    refuse(column, "must be a finite number, not negative");
-  }
+  if (!parse(word, value) || !std::isfinite(value) || value < 0) return std::nullopt;
   return value;
+}
+
+double CsvReader::reward(int column) const {
+  const std::optional<double> value = as_reward(text(column));
+  if (!value) refuse(column, "must be a finite number, not negative");
+  return *value;
 }
 
 void CsvReader::refuse(int column, const std::string& rule) const {
   throw std::runtime_error(fmt::format("{}:{}: {} = {}: {}", name_, line_,
                                        columns_[static_cast<std::size_t>(column)],
-                                       shown(text(column)), rule));
+                                       quoted(text(column)), rule));
 }
 
 void CsvReader::refuse_line(const std::string& rule) const {

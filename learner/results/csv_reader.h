@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,7 +17,10 @@ namespace treeroll {
 class CsvReader {
  public:
   /// Reads the file and checks its first line against `columns`, all of them in this order.
-  CsvReader(const std::filesystem::path& path, std::vector<std::string> columns);
+  /// @param num_old  so many of them an earlier version wrote: the others may lack, and are empty
+  ///                 then. 0: none may lack
+  CsvReader(const std::filesystem::path& path, std::vector<std::string> columns,
+            std::size_t num_old = 0);
   CsvReader(const CsvReader&) = delete;
   CsvReader& operator=(const CsvReader&) = delete;
 
@@ -31,6 +35,8 @@ class CsvReader {
   std::vector<std::int64_t> integers(int column, std::int64_t min, std::int64_t max) const;
   /// Finite and not negative, as every reward is.
   double reward(int column) const;
+  /// A word as such a number; nothing if it is none.
+  static std::optional<double> as_reward(std::string_view word);
 
   /// Refuses the row, for a rule of the caller's own.
   [[noreturn]] void refuse(int column, const std::string& rule) const;

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include "common/base/config_error.h"
+#include "common/base/line_ends.h"
 #include "common/files/atomic_file.h"
+#include "common/files/whole_file.h"
 #include "learner/results/csv.h"
 
 namespace treeroll {
@@ -12,6 +14,18 @@ namespace fs = std::filesystem;
 
 fs::path study_of(const fs::path& directory) { return directory / "study.toml"; }
 fs::path journal_of(const fs::path& directory) { return directory / "journal.lcmlog"; }
+
+ContentHash study_id_of(const fs::path& directory) {
+  return content_hash(with_plain_line_ends(read_whole_file(study_of(directory))));
+}
+
+std::string best_policy_file(const RunRecord& run) {
+  return fmt::format("policies/{}-{}.json", run.condition, run.repetition);
+}
+
+std::string final_policy_file(const RunRecord& run) {
+  return fmt::format("policies/{}-{}{}", run.condition, run.repetition, kFinalPolicyEnding);
+}
 
 void check_state_directory(const fs::path& directory) {
   const auto refuse = [&directory](const std::string& rule) {
@@ -54,9 +68,12 @@ std::string write_results(const fs::path& directory, const std::vector<RunRecord
   attempt([&] {
     fs::create_directories(directory / "policies");
     for (const RunRecord& run : runs) {
-      if (run.best_policy.empty()) continue;
-      const std::string name = fmt::format("{}-{}.json", run.condition, run.repetition);
-      write_atomically(directory / "policies" / name, run.best_policy);
+      if (!run.best_policy.empty()) {
+        write_atomically(directory / best_policy_file(run), run.best_policy);
+      }
+      if (!run.final_policy.empty()) {
+        write_atomically(directory / final_policy_file(run), run.final_policy);
+      }
     }
   });
   attempt([&] { write_rollouts_csv(directory / "rollouts.csv", runs); });

@@ -4,6 +4,8 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <set>
@@ -13,6 +15,7 @@
 #include "common/files/whole_file.h"
 #include "learner/results/csv_reader.h"
 #include "learner/results/run_counts.h"
+#include "learner/results/state_directory.h"
 
 namespace treeroll {
 namespace {
@@ -33,9 +36,19 @@ enum RunColumn {
   kFinal,
   kSwitch,
   kFailed,
-  kSwitches
+  kSwitches,
+  kStartReward,
+  kStartStatus,
+  kFinalRewards,
+  kFinalLow,
+  kFinalHigh,
+  kFirstStatus,  ///< counts of each status but ok
+  kDiscarded = kFirstStatus + kNumRolloutStatuses - 1,
+  kLastFailure
 };
-enum RolloutColumn { kRollout = 3, kLayer, kReward, kStatus };
+constexpr std::size_t kOldRunColumns = kSwitches + 1;
+enum RolloutColumn { kRollout = 3, kLayer, kReward, kStatus, kReason };
+constexpr std::size_t kOldRolloutColumns = kStatus + 1;
 
 /// What runs.csv says beside a record, to be checked against the roll-outs.
 struct Counts {
@@ -43,23 +56,83 @@ struct Counts {
   std::int64_t failed = 0;
   std::int64_t switches = 0;
   std::optional<double> best_reward;
+  bool has_failures = false;  ///< the columns below are there
+  std::array<std::int64_t, kNumRolloutStatuses> by_status{};
+  std::string last_failure;
 };
 
-std::string read_study_name(const fs::path& path) {
-  try {
-    const toml::table study = toml::parse(read_whole_file(path), path.string());
-    const auto name = study["study"]["name"].value<std::string>();
-    if (!name) throw std::runtime_error(path.string() + ": study.name: must be a string");
-    return *name;
-  } catch (const toml::parse_error& error) {
-    throw std::runtime_error(
-        fmt::format("{}:{}: {}", path.string(), error.source().begin.line, error.description()));
+constexpr std::array kCountColumns = {"diverged", "task_failed", "crashed", "timed_out",
+                                      "given_up"};
+static_assert(kCountColumns.size() + 1 == kNumRolloutStatuses);
+
+RolloutStatus read_status(const CsvReader& table, int column, std::string_view word) {
+  const std::optional<RolloutStatus> status = rollout_status(word);
+  if (!status) {
+    table.refuse(column, "must be ok, diverged, failed, crashed, timed_out or discarded");
   }
+  return *status;
+}
+
+/// "0.5;diverged;0.25".
+std::vector<Outcome> read_finals(const CsvReader& table) {
+  std::vector<Outcome> finals;
+  std::string_view list = table.text(kFinalRewards);
+  while (!list.empty()) {
+    const std::string_view word = list.substr(0, list.find(';'));
+    list.remove_prefix(std::min(list.size(), word.size() + 1));
+    if (const auto reward = table.as_reward(word)) {
+      finals.push_back(Outcome::ok(*reward));
+    } else {
+      finals.push_back(Outcome::failed(read_status(table, kFinalRewards, word)));
+    }
+  }
+  return finals;
+}
+
+/// The columns that files of an earlier version lack.
+void read_worth(const CsvReader& table, RunRecord& run, Counts& count) {
+  if (!table.empty(kStartStatus)) {
+    const RolloutStatus status = read_status(table, kStartStatus, table.text(kStartStatus));
+    run.start = Outcome(table.empty(kStartReward) ? 0 : table.reward(kStartReward), status);
+  }
+  run.finals = read_finals(table);
+  if (!run.finals.empty() && run.final_reward && run.final_reward != mean_reward(run.finals)) {
+    table.refuse(kFinalRewards, "must be what final_reward is the mean of");
+  }
+  count.has_failures = !table.empty(kDiscarded);
+  if (!count.has_failures) return;
+  for (int i = 1; i < kNumRolloutStatuses; ++i) {
+    count.by_status[static_cast<std::size_t>(i)] =
+        table.integer(kFirstStatus + i - 1, 0, count.failed);
+  }
+  run.num_discarded = static_cast<int>(table.integer(kDiscarded, 0, INT32_MAX));
+  count.last_failure = table.text(kLastFailure);
 }
 
 void read_runs(const fs::path& path, std::vector<RunRecord>& runs, std::vector<Counts>& counts) {
-  CsvReader table(path, {"condition", "repetition", "run", "rollouts", "best_reward",
-                         "final_reward", "rollouts_before_switch", "failed", "switches"});
+  CsvReader table(path,
+                  {"condition",
+                   "repetition",
+                   "run",
+                   "rollouts",
+                   "best_reward",
+                   "final_reward",
+                   "rollouts_before_switch",
+                   "failed",
+                   "switches",
+                   "start_reward",
+                   "start_status",
+                   "final_rewards",
+                   "final_low",
+                   "final_high",
+                   "diverged",
+                   "task_failed",
+                   "crashed",
+                   "timed_out",
+                   "given_up",
+                   "discarded",
+                   "last_failure"},
+                  kOldRunColumns);
   std::set<std::string> conditions;
   while (table.next()) {
     RunRecord run;
@@ -92,6 +165,7 @@ void read_runs(const fs::path& path, std::vector<RunRecord>& runs, std::vector<C
       table.refuse(kSwitch,
                    fmt::format("must be as many as there are switches, {}", count.switches));
     }
+    read_worth(table, run, count);
     runs.push_back(std::move(run));
     counts.push_back(count);
   }
@@ -99,7 +173,9 @@ void read_runs(const fs::path& path, std::vector<RunRecord>& runs, std::vector<C
 
 void read_rollouts(const fs::path& path, const std::vector<Counts>& counts,
                    std::vector<RunRecord>& runs) {
-  CsvReader table(path, {"condition", "repetition", "run", "rollout", "layer", "reward", "status"});
+  CsvReader table(
+      path, {"condition", "repetition", "run", "rollout", "layer", "reward", "status", "reason"},
+      kOldRolloutColumns);
   if (runs.empty()) return;
   while (table.next()) {
     const auto number = table.integer(kRun, 0, static_cast<std::int64_t>(runs.size()) - 1);
@@ -128,15 +204,8 @@ void read_rollouts(const fs::path& path, const std::vector<Counts>& counts,
       }
     }
     record.reward = table.reward(kReward);
-    int status = 0;
-    while (status < kNumRolloutStatuses &&
-           name(static_cast<RolloutStatus>(status)) != table.text(kStatus)) {
-      ++status;
-    }
-    if (status == kNumRolloutStatuses) {
-      table.refuse(kStatus, "must be ok, diverged, failed, crashed or timed_out");
-    }
-    record.status = static_cast<RolloutStatus>(status);
+    record.status = read_status(table, kStatus, table.text(kStatus));
+    record.reason = file_reason(run.reasons, table.text(kReason));
     run.rollouts.resize(rollout);
     run.rollouts.push_back(record);
     if (run.best_rollout < 0 || record.reward > run.best_reward) {
@@ -160,6 +229,16 @@ void check(const fs::path& directory, const Counts& counts, const RunRecord& run
           std::to_string(num_applied(run)));
   require(counts.failed == num_failed(run), "failed", std::to_string(counts.failed),
           std::to_string(num_failed(run)));
+  for (int i = 1; counts.has_failures && i < kNumRolloutStatuses; ++i) {
+    const auto status = static_cast<RolloutStatus>(i);
+    const std::int64_t count = counts.by_status[static_cast<std::size_t>(i)];
+    require(count == num_with(run, status), kCountColumns[static_cast<std::size_t>(i - 1)],
+            std::to_string(count), std::to_string(num_with(run, status)));
+  }
+  if (counts.has_failures) {
+    require(counts.last_failure == last_failure(run), "last_failure", counts.last_failure,
+            last_failure(run));
+  }
   const auto first = std::find_if(run.rollouts.begin(), run.rollouts.end(), is_applied);
   const int first_layer = first == run.rollouts.end() ? 1 : first->layer;
   const int layers_left = first == run.rollouts.end() ? 0 : run.rollouts.back().layer - first_layer;
@@ -182,6 +261,18 @@ void check(const fs::path& directory, const Counts& counts, const RunRecord& run
 
 }  // namespace
 
+std::string read_study_name(const fs::path& path) {
+  try {
+    const toml::table study = toml::parse(read_whole_file(path), path.string());
+    const auto name = study["study"]["name"].value<std::string>();
+    if (!name) throw std::runtime_error(path.string() + ": study.name: must be a string");
+    return *name;
+  } catch (const toml::parse_error& error) {
+    throw std::runtime_error(
+        fmt::format("{}:{}: {}", path.string(), error.source().begin.line, error.description()));
+  }
+}
+
 StudyResults read_study_results(const fs::path& directory) {
   StudyResults results{
       .name = read_study_name(directory / "study.toml"), .directory = directory, .runs = {}};
@@ -190,9 +281,10 @@ StudyResults read_study_results(const fs::path& directory) {
   read_rollouts(directory / "rollouts.csv", counts, results.runs);
   for (RunRecord& run : results.runs) {
     check(directory, counts[static_cast<std::size_t>(run.run)], run);
-    const fs::path policy =
-        directory / "policies" / fmt::format("{}-{}.json", run.condition, run.repetition);
-    if (fs::exists(policy)) run.best_policy = read_whole_file(policy);
+    const fs::path best = directory / best_policy_file(run);
+    if (fs::exists(best)) run.best_policy = read_whole_file(best);
+    const fs::path final_policy = directory / final_policy_file(run);
+    if (fs::exists(final_policy)) run.final_policy = read_whole_file(final_policy);
   }
   return results;
 }

@@ -17,7 +17,12 @@ struct StudyResults {
   /// By condition that starts from a fit: log-likelihood per sample of the demonstration under the
   /// finest layer. Nothing in the tables tells it; whoever can fit fills it in.
   std::map<std::string, double> log_likelihoods = {};
+  /// How far the runs have come; empty if every run has ended.
+  std::string missing = {};
 };
+
+/// The name in a study.toml. Throws std::runtime_error with the file and the reason.
+std::string read_study_name(const std::filesystem::path& study_file);
 
 /// Reads study.toml (its name), runs.csv, rollouts.csv and, where they exist, policies/*.json.
 /// Nothing is taken on trust: runs.csv must be what rollouts.csv adds up to, and each

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <nlohmann/json.hpp>
 
+#include "common/base/shown_reward.h"
 #include "learner/results/summary.h"
 
 namespace treeroll {
@@ -12,26 +13,27 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kNumColumns = 11;
+constexpr std::size_t kNumColumns = 13;
 using Row = std::array<std::string, kNumColumns>;
 
-std::string shown(const std::optional<double>& figure, int decimals) {
-  return figure ? fmt::format("{:.{}f}", *figure, decimals) : "-";
+std::string shown(const std::optional<double>& reward) {
+  return reward ? shown_reward(*reward) : "-";
 }
 
 Row to_row(const ConditionSummary& c) {
   return {c.condition,
           std::to_string(c.num_runs),
-          shown(c.mean_best_reward, 3),
-          c.interval_95 ? fmt::format("[{:.3f}, {:.3f}]", c.interval_95->low, c.interval_95->high)
-                        : "-",
-          shown(c.median_best_reward, 3),
-          shown(c.best_reward, 3),
-          shown(c.mean_final_reward, 3),
+          shown(c.mean_start_reward),
+          shown(c.mean_best_reward),
+          shown_interval(c.interval_95),
+          shown(c.median_best_reward),
+          shown(c.best_reward),
+          shown(c.mean_final_reward),
+          shown_interval(c.final_interval_95),
           std::to_string(c.num_rollouts),
           std::to_string(c.num_failed),
           fmt::format("{} in {}/{}", c.num_switches, c.num_runs_switched, c.num_runs),
-          shown(c.median_first_switch, 1)};
+          c.median_first_switch ? fmt::format("{:.1f}", *c.median_first_switch) : "-"};
 }
 
 template <class T>
@@ -39,26 +41,57 @@ json or_null(const std::optional<T>& figure) {
   return figure ? json(*figure) : json();
 }
 
+json or_null(const std::optional<Interval>& interval) {
+  return interval ? json::array({interval->low, interval->high}) : json();
+}
+
+json or_null(const std::optional<ConditionSummary::Recommendation>& chosen) {
+  if (!chosen) return {};
+  return {{"file", chosen->file},
+          {"final", chosen->is_final},
+          {"repetition", chosen->repetition},
+          {"reward", chosen->reward},
+          {"interval_95", or_null(chosen->interval_95)},
+          {"evaluations", chosen->num_evaluations}};
+}
+
+json by_status(const ConditionSummary& c) {
+  json counts = json::object();
+  for (std::size_t i = 1; i < c.by_status.size(); ++i) {
+    counts[std::string(name(static_cast<RolloutStatus>(i)))] = c.by_status[i];
+  }
+  return counts;
+}
+
 json to_json_value(const ConditionSummary& c) {
   return {{"condition", c.condition},
           {"runs", c.num_runs},
           {"mean_best_reward", or_null(c.mean_best_reward)},
-          {"interval_95",
-           c.interval_95 ? json::array({c.interval_95->low, c.interval_95->high}) : json()},
+          {"interval_95", or_null(c.interval_95)},
           {"median_best_reward", or_null(c.median_best_reward)},
           {"best_reward", or_null(c.best_reward)},
           {"mean_final_reward", or_null(c.mean_final_reward)},
+          {"final_interval_95", or_null(c.final_interval_95)},
+          {"mean_start_reward", or_null(c.mean_start_reward)},
+          {"runs_not_beating_start", c.num_not_beating_start},
+          {"deterministic", c.is_deterministic},
+          {"recommended", or_null(c.recommended)},
           {"rollouts", c.num_rollouts},
           {"failed", c.num_failed},
+          {"failed_by_status", by_status(c)},
+          {"last_failure", c.last_failure},
+          {"discarded", c.num_discarded},
           {"switches", c.num_switches},
           {"runs_switched", c.num_runs_switched},
           {"median_first_switch", or_null(c.median_first_switch)}};
 }
 
 json to_json_value(const LedgerCounters& l) {
-  return {{"issued", l.issued},     {"applied", l.applied},   {"pending", l.pending},
-          {"late", l.late},         {"failed", l.failed},     {"duplicate", l.duplicate},
-          {"rejected", l.rejected}, {"reissued", l.reissued}, {"conflicting", l.conflicting}};
+  return {{"issued", l.issued},       {"applied", l.applied},
+          {"pending", l.pending},     {"late", l.late},
+          {"failed", l.failed},       {"discarded", l.discarded},
+          {"duplicate", l.duplicate}, {"rejected", l.rejected},
+          {"reissued", l.reissued},   {"conflicting", l.conflicting}};
 }
 
 json to_json_value(const WorkerRecord& w) {
@@ -74,8 +107,8 @@ json to_json_value(const WorkerRecord& w) {
 
 std::string to_table(const std::vector<ConditionSummary>& conditions) {
   std::vector<Row> rows;
-  rows.push_back({"condition", "runs", "mean best", "95 % interval", "median", "best", "final",
-                  "roll-outs", "failed", "switches", "first switch"});
+  rows.push_back({"condition", "runs", "start", "mean best", "95 % interval", "median", "best",
+                  "final", "95 % interval", "roll-outs", "failed", "switches", "first switch"});
   for (const ConditionSummary& condition : conditions) rows.push_back(to_row(condition));
   std::array<std::size_t, kNumColumns> widths{};
   for (const Row& row : rows) {
@@ -89,6 +122,9 @@ std::string to_table(const std::vector<ConditionSummary>& conditions) {
     }
     text += '\n';
   }
+  for (const ConditionSummary& condition : conditions) {
+    for (const std::string& remark : remarks(condition)) text += remark + '\n';
+  }
   return text;
 }
 
@@ -99,11 +135,9 @@ std::string to_json(const StudySummary& summary) {
   }
   json workers = json::array();
   for (const WorkerRecord& worker : summary.workers) workers.push_back(to_json_value(worker));
-  const json whole = {{"study", summary.study},
-                      {"seconds", summary.elapsed_s},
-                      {"conditions", conditions},
-                      {"ledger", to_json_value(summary.ledger)},
-                      {"workers", workers}};
+  const json whole = {{"study", summary.study},   {"seconds", summary.elapsed_s},
+                      {"conditions", conditions}, {"ledger", to_json_value(summary.ledger)},
+                      {"workers", workers},       {"numeric_classes", summary.results_by_class}};
   // A host name comes from the network: what is not UTF-8 in it is replaced.
   return whole.dump(2, ' ', false, json::error_handler_t::replace);
 }

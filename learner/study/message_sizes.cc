@@ -20,7 +20,7 @@ using protocol::kThetaDimMax;
 
 static_assert(protocol::kRolloutBatchBytes + protocol::rollout_request_bytes(kThetaDimMax) <=
                   kMessageBytesMax,
-              "one roll-out with the largest theta fits one message");
+              "one roll-out with the largest theta fits what an evaluator is given");
 
 /// "-2.2250738585072014e-308"
 constexpr std::size_t kLongestNumberBytes = 24;
@@ -55,7 +55,7 @@ void check_policy(const Policy& policy) {
   const std::size_t bytes = longest_form_bytes(to_json(policy));
   if (bytes > kDefinitionBytesMax) {
     throw ConfigError("policy", "",
-                      fmt::format("is too large for a message: up to {} bytes at layer {}, must be "
+                      fmt::format("is too large to be sent: up to {} bytes at layer {}, must be "
                                   "at most {}",
                                   bytes, policy.layer(), kDefinitionBytesMax));
   }
@@ -66,7 +66,7 @@ void check_policy(const Policy& policy) {
 void check_message_sizes(const Condition& condition) {
   if (condition.task_content.size() > kDefinitionBytesMax) {
     throw ConfigError("task", "",
-                      fmt::format("is too large for a message: {} bytes, must be at most {}",
+                      fmt::format("is too large to be sent: {} bytes, must be at most {}",
                                   condition.task_content.size(), kDefinitionBytesMax));
   }
   const explore::ExplorationSettings& exploration = condition.exploration;

@@ -26,6 +26,13 @@ using protocol::kConditionsMax;
 constexpr std::size_t kNameBytesMax = 128;
 constexpr std::array<std::string_view, 4> kTables{"study", "task", "policy", "exploration"};
 
+/// What a resolved study has beside its settings.
+constexpr std::array<std::string_view, 3> kAttached{"demonstrations", "starts", "written_by"};
+
+bool is_attached(std::string_view key) {
+  return std::find(kAttached.begin(), kAttached.end(), key) != kAttached.end();
+}
+
 bool is_table_name(std::string_view key) {
   return std::find(kTables.begin(), kTables.end(), key) != kTables.end();
 }
@@ -154,6 +161,7 @@ std::vector<Factor> read_axis(const json& axis, const std::string& path,
 
 struct StudyDocument::Parts {
   SettingOverlay base;
+  json attached = json::object();
   std::vector<std::vector<Factor>> factors;  ///< the conditions, then each axis
   SettingOverlay command_line;
 
@@ -249,9 +257,9 @@ StudyDocument::StudyDocument(const std::filesystem::path& file,
     std::vector<std::string> axis_keys;
     for (const std::string_view table : kTables) base[std::string(table)] = json::object();
     for (const auto& [key, value] : document.items()) {
-      if (is_table_name(key)) {
+      if (is_table_name(key) || is_attached(key)) {
         if (!value.is_object()) throw ConfigError(key, value.dump(), "must be a table");
-        base[key] = value;
+        (is_attached(key) ? parts_->attached : base)[key] = value;
       } else if (key != "conditions" && key != "axes") {
         throw ConfigError(key, "",
                           fmt::format("unknown key; known here: extends, {}, conditions, axes",
@@ -311,6 +319,10 @@ StudyDocument::StudyDocument(const std::filesystem::path& file,
 }
 
 StudyDocument::~StudyDocument() = default;
+
+const json& StudyDocument::attached() const { return parts_->attached; }
+
+const SettingOrigins& StudyDocument::attached_origins() const { return parts_->base.origins; }
 
 SettingOrigins StudyDocument::settings(std::size_t condition, json& settings) const {
   settings = *parts_->base.settings;

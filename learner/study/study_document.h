@@ -29,6 +29,12 @@ class StudyDocument {
   std::size_t num_conditions() const { return names_.size(); }
   const std::string& name(std::size_t condition) const { return names_[condition]; }
 
+  /// What a resolved study holds of its start policies beside its settings: the tables
+  /// demonstrations and starts (see StudyStore) and written_by, as far as they are there.
+  const nlohmann::json& attached() const;
+  /// Where they stand.
+  const SettingOrigins& attached_origins() const;
+
   /// @param settings  set to an object of the tables study, task, policy and exploration
   /// @return          where each of its keys stands
   SettingOrigins settings(std::size_t condition, nlohmann::json& settings) const;

@@ -21,6 +21,9 @@ class StudyError : public BadInput {
 /// location of a StudyError. The empty key stands for the whole file.
 using SettingOrigins = std::map<std::string, std::string, std::less<>>;
 
+/// Where a setting of the command line stands.
+inline constexpr const char* kCommandLineOrigin = "--set";
+
 /// Of the key itself or, if it stands nowhere (a missing one), of the table it belongs to.
 std::string origin_of(const SettingOrigins& origins, std::string key);
 

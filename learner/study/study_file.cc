@@ -16,12 +16,14 @@
 
 #include "common/base/settings_reader.h"
 #include "common/protocol/limits.h"
+#include "learner/core/numeric_classes.h"
 #include "learner/explore/exploration_settings.h"
 #include "learner/study/demonstration_file.h"
 #include "learner/study/message_sizes.h"
 #include "learner/study/policy_file.h"
 #include "learner/study/study_document.h"
-#include "learner/study/toml_source.h"
+#include "learner/study/task_csv.h"
+#include "learner/study/task_table.h"
 
 namespace treeroll {
 namespace {
@@ -35,16 +37,12 @@ using protocol::kRolloutsTotalMax;
 using protocol::kRunsMax;
 
 constexpr std::size_t kStudyNameBytesMax = 64;
+constexpr std::int64_t kFinalEvaluationsMax = 1000;
+constexpr std::int64_t kDiscardsMax = 1'000'000;
 /// Three years: far from where nanoseconds overflow.
 constexpr double kStopAfterMaxS = 1e8;
 
-constexpr const char* kResolvedComment =
-    "# Every setting of the study, defaults included: this file can be run again.\n";
-/// More than the comment and [study] take.
-constexpr std::size_t kResolvedHeadBytesMax = 1024;
-
 constexpr const char* kGivenPolicy = "given";
-constexpr const char* kCommandLineOrigin = "--set";
 
 /// A start policy with its settings, defaults included.
 struct ResolvedPolicy {
@@ -55,7 +53,9 @@ struct ResolvedPolicy {
 /// Conditions often share a policy, and fitting one takes time.
 class PolicyCache {
  public:
-  explicit PolicyCache(const PolicyRegistry& registry) : registry_(registry) {}
+  /// @param stored  what a resolved study holds of its starts; must outlive the cache
+  PolicyCache(const PolicyRegistry& registry, const StudyStore& stored, StoredStarts starts)
+      : registry_(registry), stored_(stored), starts_(starts) {}
 
   const ResolvedPolicy& get(const json& settings) {
     const std::string key = settings.dump();
@@ -76,9 +76,17 @@ class PolicyCache {
     }
     json resolved;
     SettingsReader reader(settings, "policy", resolved);
-    StartPolicy start = registry_.read_start(reader, read_demonstration_file);
+    std::optional<StartPolicy> fitted;
+    if (starts_ == StoredStarts::kTaken) fitted = stored_.start(settings, registry_);
+    StartPolicy start = registry_.read_start(
+        reader, {.read_file = read_demonstration_file,
+                 .find_demonstration =
+                     [this](const std::string& content) { return stored_.demonstration(content); },
+                 .fitted = fitted ? &*fitted : nullptr});
     reader.finish();
     if (given) return *given;
+    // Where the data came from decides nothing: what they are stands in the study.
+    if (!start.demonstration_text.empty()) resolved["demonstration"].erase("files");
     return {.start = std::move(start), .settings = std::move(resolved)};
   }
 
@@ -91,11 +99,21 @@ class PolicyCache {
   }
 
   const PolicyRegistry& registry_;
+  const StudyStore& stored_;
+  StoredStarts starts_;
   std::map<std::string, ResolvedPolicy> policies_;
 };
 
-/// policy.start_file, read into policy.start: the resolved study then needs no other file. A path
-/// in the study file is relative to that file's folder, one of the command line to the current one.
+/// A path in the study file is relative to that file's folder, one of the command line to the
+/// current one.
+std::filesystem::path path_of(const std::filesystem::path& study_file,
+                              const SettingOrigins& origins, const std::string& key,
+                              const std::filesystem::path& path) {
+  const bool is_of_study = path.is_relative() && origin_of(origins, key) != kCommandLineOrigin;
+  return is_of_study ? study_file.parent_path() / path : path;
+}
+
+/// policy.start_file, read into policy.given: the resolved study then needs no other file.
 void read_start_file(const std::filesystem::path& study_file, const SettingOrigins& origins,
                      const PolicyRegistry& policies, json& policy) {
   constexpr const char* kKey = "policy.start_file";
@@ -105,10 +123,7 @@ void read_start_file(const std::filesystem::path& study_file, const SettingOrigi
   if (policy.contains(kGivenPolicy)) {
     throw ConfigError(kKey, found->dump(), "must not stand beside policy.given");
   }
-  std::filesystem::path path = found->get<std::string>();
-  if (path.is_relative() && origin_of(origins, kKey) != kCommandLineOrigin) {
-    path = study_file.parent_path() / path;
-  }
+  const std::filesystem::path path = path_of(study_file, origins, kKey, found->get<std::string>());
   policy[kGivenPolicy] = to_json(*read_policy_file(kKey, path, policies).policy);
   policy.erase("start_file");
 }
@@ -144,9 +159,18 @@ Budget read_study_table(const json& settings, Study& study, json& resolved) {
       reader.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 1));
   study.repetitions = static_cast<int>(reader.integer("repetitions", 1, kRunsMax, 1));
   study.in_sequence = reader.choice("order", {"sequence", "arrival"}, "sequence") == "sequence";
+  study.numeric_class = reader.string("numeric_class", learner::kAnyClass);
+  if (study.numeric_class.empty() || study.numeric_class.size() > protocol::kNumericClassBytesMax) {
+    reader.refuse("numeric_class",
+                  "must be \"any\", \"one\" or the name of a class, as replay shows it");
+  }
   const auto stop_after_s =
       reader.optional_number("stop_after_s", {.min = 1e-3, .max = kStopAfterMaxS});
   if (stop_after_s) study.stop_after = std::chrono::nanoseconds(std::llround(*stop_after_s * 1e9));
+  study.final_evaluations =
+      static_cast<int>(reader.integer("final_evaluations", 1, kFinalEvaluationsMax, 1));
+  study.discards_max =
+      static_cast<int>(reader.integer("discards_max", 0, kDiscardsMax, Study{}.discards_max));
   Budget budget;
   budget.num_rollouts = static_cast<int>(reader.integer("rollouts", 1, kRolloutsMax));
   budget.in_flight = static_cast<int>(reader.integer("in_flight", 1, kInFlightMax, 1));
@@ -164,22 +188,12 @@ explore::ExplorationSettings read_exploration(const json& settings, const Policy
   return exploration;
 }
 
-std::string read_task(const json& settings) {
-  json scratch;
-  SettingsReader reader(settings, "task", scratch);
-  const std::string name = reader.string("name");
-  if (name.empty()) reader.refuse("name", "must not be empty");
-  json task_settings = settings;
-  task_settings.erase("name");
-  return json{{"name", name}, {"settings", std::move(task_settings)}}.dump();
-}
-
 ConfigError in_condition(const ConfigError& error, const std::string& condition) {
   return {error.key(), error.value(), fmt::format("{} (condition {})", error.rule(), condition)};
 }
 
 /// Files of a demonstration that are named relatively stand beside the study, wherever it is loaded
-/// from; resolved, they are absolute. What is no list of names is left for others to refuse.
+/// from. What is no list of names is left for others to refuse.
 void find_demonstration_files(const std::filesystem::path& directory, json& settings) {
   const json::json_pointer where("/policy/demonstration/files");
   if (!settings.contains(where) || !settings[where].is_array()) return;
@@ -191,12 +205,37 @@ void find_demonstration_files(const std::filesystem::path& directory, json& sett
   }
 }
 
+/// The names that a demonstration's columns have, inputs before outputs; none without files.
+std::vector<std::string> demonstration_columns(const json& policy) {
+  std::vector<std::string> columns;
+  for (const char* key : {"/demonstration/inputs", "/demonstration/outputs"}) {
+    const json::json_pointer where(key);
+    if (!policy.contains(where)) continue;
+    for (const json& name : policy[where]) columns.push_back(name.get<std::string>());
+  }
+  return columns;
+}
+
 /// Reads the conditions of a document one after the other.
 class StudyBuilder {
  public:
   StudyBuilder(std::filesystem::path file, const StudyDocument& document,
-               const PolicyRegistry& policies)
-      : file_(std::move(file)), document_(document), registry_(policies), policies_(policies) {}
+               const PolicyRegistry& policies, StoredStarts starts)
+      : file_(std::move(file)),
+        document_(document),
+        registry_(policies),
+        policies_(policies, stored_, starts) {
+    const json& attached = document.attached();
+    try {
+      check_written_by(attached);
+      if (attached.contains("demonstrations")) {
+        stored_.read_demonstrations(attached["demonstrations"]);
+      }
+      if (attached.contains("starts")) stored_.read_starts(attached["starts"]);
+    } catch (const ConfigError& error) {
+      throw StudyError(origin_of(document.attached_origins(), error.key()), error);
+    }
+  }
 
   void add_condition(std::size_t index) {
     json settings;
@@ -204,7 +243,12 @@ class StudyBuilder {
     find_demonstration_files(file_.parent_path(), settings);
     const std::string& name = document_.name(index);
     try {
+      forget_description(origins, settings.at("task"));
       read_start_file(file_, origins, registry_, settings.at("policy"));
+      check_beside_given(settings.at("policy"));
+      embed_task_csv([&](const std::string& key,
+                         const std::string& file) { return path_of(file_, origins, key, file); },
+                     settings.at("task"));
       loaded_.study.conditions.push_back(read(name, settings));
     } catch (const ConfigError& error) {
       throw StudyError(origin_of(origins, error.key()), in_condition(error, name));
@@ -217,18 +261,35 @@ class StudyBuilder {
   }
 
   LoadedStudy take() {
-    loaded_.resolved_toml = kResolvedComment;
-    append_toml(json{{"study", study_table_}}, "", loaded_.resolved_toml);
-    loaded_.resolved_toml += conditions_toml_;
+    loaded_.resolved.study = std::make_shared<json>(study_table_);
+    for (const char* grows : {"repetitions", "stop_after_s"}) study_table_.erase(grows);
+    loaded_.lasting_id = content_hash(study_table_.dump() + lasting_);
     return std::move(loaded_);
   }
 
  private:
+  /// What stands beside a given policy describes another one and does not count. Conditions that
+  /// differ in it would look different and be the same.
+  void check_beside_given(const json& policy) {
+    if (!policy.contains(kGivenPolicy)) return;
+    json beside = policy;
+    beside.erase(kGivenPolicy);
+    const auto [first, is_new] = beside_given_.try_emplace(policy[kGivenPolicy].dump(), beside);
+    const json differences = json::diff(first->second, beside);
+    if (is_new || differences.empty()) return;
+    const json::json_pointer place(differences[0]["path"].get<std::string>());
+    std::string key = "policy" + place.to_string();
+    std::replace(key.begin(), key.end(), '/', '.');
+    throw ConfigError(key, beside.contains(place) ? beside[place].dump() : "",
+                      "must be the same in all conditions that begin with the same "
+                      "policy.start_file: beside it, no other key of [policy] counts");
+  }
+
   Condition read(const std::string& name, const json& settings) {
     json study_table;
     const Budget budget = read_study_table(settings.at("study"), loaded_.study, study_table);
     check_totals(budget);
-    std::string task_content = read_task(settings.at("task"));
+    std::string task_content = read_task_table(settings.at("task"));
     const ResolvedPolicy& policy = policies_.get(settings.at("policy"));
     json exploration_table;
     Condition condition{
@@ -240,26 +301,25 @@ class StudyBuilder {
     check_message_sizes(condition);
     loaded_.log_likelihoods.push_back(policy.start.log_likelihoods);
     loaded_.demonstrations.push_back(policy.start.demonstration);
+    loaded_.columns.push_back(demonstration_columns(policy.settings));
 
     for (const char* own : {"rollouts", "in_flight"}) study_table.erase(own);
     study_table_ = std::move(study_table);
-    append_resolved(
-        json{{"name", name},
-             {"study", {{"rollouts", budget.num_rollouts}, {"in_flight", budget.in_flight}}},
-             {"task", settings.at("task")},
-             {"policy", policy.settings},
-             {"exploration", exploration_table}});
+    loaded_.resolved.store.keep(policy.settings, policy.start);
+    json resolved{{"name", name},
+                  {"study", {{"rollouts", budget.num_rollouts}, {"in_flight", budget.in_flight}}},
+                  {"task", settings.at("task")},
+                  {"policy", policy.settings},
+                  {"exploration", exploration_table}};
+    keep_resolved(resolved);
+    resolved.at("study").erase("rollouts");
+    lasting_ += to_hex(content_hash(resolved.dump()));
     return condition;
   }
 
-  void append_resolved(const json& condition) {
-    conditions_toml_ += "\n[[conditions]]\n";
-    append_toml(condition, "conditions", conditions_toml_);
-    if (conditions_toml_.size() + kResolvedHeadBytesMax <= kStudyBytesMax) return;
-    throw ConfigError("", "",
-                      fmt::format("the study is too large: with all settings of each condition it "
-                                  "must be at most {} bytes",
-                                  kStudyBytesMax));
+  void keep_resolved(json condition) {
+    add_condition_bytes(condition, resolved_bytes_);
+    loaded_.resolved.conditions.push_back(std::make_shared<json>(std::move(condition)));
   }
 
   void check_totals(Budget budget) {
@@ -288,10 +348,13 @@ class StudyBuilder {
   std::filesystem::path file_;
   const StudyDocument& document_;
   const PolicyRegistry& registry_;
+  StudyStore stored_;  // by an earlier load
   PolicyCache policies_;
+  std::map<std::string, json> beside_given_;  ///< by policy: the other keys of its first condition
   LoadedStudy loaded_;
   json study_table_;
-  std::string conditions_toml_;
+  StudyBytes resolved_bytes_;
+  std::string lasting_;  // a hash a condition
   std::int64_t num_rollouts_ = 0;
   std::int64_t in_flight_ = 0;
 };
@@ -299,9 +362,9 @@ class StudyBuilder {
 }  // namespace
 
 LoadedStudy load_study(const std::filesystem::path& file, const std::vector<std::string>& overrides,
-                       const PolicyRegistry& policies) {
+                       const PolicyRegistry& policies, StoredStarts starts) {
   const StudyDocument document(file, overrides);
-  StudyBuilder builder(file, document, policies);
+  StudyBuilder builder(file, document, policies, starts);
   for (std::size_t i = 0; i < document.num_conditions(); ++i) builder.add_condition(i);
   return builder.take();
 }

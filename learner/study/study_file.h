@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "common/base/content_hash.h"
 #include "learner/core/study.h"
 #include "learner/fit/start_policy.h"
+#include "learner/study/resolved_study.h"
 #include "learner/study/study_error.h"
 
 /// A study file (TOML; deploy/studies/README.md says what it may hold) to a Study ready to run.
@@ -19,22 +21,28 @@ namespace treeroll {
 
 struct LoadedStudy {
   Study study;
-  /// A study file that loads to an equal study: each condition with all its settings, defaults
-  /// included. A task's settings stand as they were given: only workers know its defaults.
-  std::string resolved_toml;
+  ResolvedStudy resolved;
   /// By condition: StartPolicy::log_likelihoods.
   std::vector<std::vector<double>> log_likelihoods;
   /// By condition: StartPolicy::demonstration.
   std::vector<std::shared_ptr<const Eigen::MatrixXd>> demonstrations;
+  /// By condition: what a demonstration from files calls inputs and outputs; empty without one.
+  std::vector<std::vector<std::string>> columns;
   std::vector<SettingOrigins> origins;  ///< by condition: where its settings stand
+  /// Of all settings but those that may grow once a study has begun (study_extension.h).
+  ContentHash lasting_id;
 };
+
+/// What becomes of the starts that were fitted before and that a resolved study holds.
+enum class StoredStarts { kTaken, kFittedAgain };
 
 /// Throws StudyError on anything that cannot be run, before anything is started: see StudyDocument
 /// for the file itself; unknown keys, wrong types and values out of bounds; more than 100 000 runs
 /// or 10^8 roll-outs, 10^6 of them in flight; a policy or a task too large for one message.
 /// @param policies  the kinds of policies a study may name
 LoadedStudy load_study(const std::filesystem::path& file, const std::vector<std::string>& overrides,
-                       const PolicyRegistry& policies = learnable_policies());
+                       const PolicyRegistry& policies = learnable_policies(),
+                       StoredStarts starts = StoredStarts::kTaken);
 
 /// The error of a condition's setting, with where it stands, also for those whom a worker tells
 /// ("task.step_s").

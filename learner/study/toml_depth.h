@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string_view>
 
 namespace treeroll {
@@ -11,5 +12,8 @@ inline constexpr int kTomlDepthMax = 32;
 /// nested deeper than that, 0 if there is none. toml++ bounds brackets but not dotted keys: a
 /// megabyte of "a.a.a..." would overflow the stack when the document is destroyed.
 int first_line_too_deep(std::string_view toml);
+
+/// Bytes of the text but for what its multi-line strings hold: what a parser makes nodes of.
+std::size_t bytes_beside_long_strings(std::string_view toml);
 
 }  // namespace treeroll

@@ -13,6 +13,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "common/base/line_ends.h"
 #include "learner/study/toml_depth.h"
 
 namespace treeroll {
@@ -41,15 +42,19 @@ std::string read_file(const std::filesystem::path& path) {
   if (!file) refuse(name, "cannot be read: " + std::generic_category().message(errno));
   std::string text;
   std::array<char, 16384> chunk;
-  while (file && text.size() <= kStudyBytesMax) {
+  while (file && text.size() <= kStudyFileBytesMax) {
     file.read(chunk.data(), chunk.size());
     text.append(chunk.data(), static_cast<std::size_t>(file.gcount()));
   }
   if (file.bad()) refuse(name, "cannot be read: " + std::generic_category().message(errno));
-  if (text.size() > kStudyBytesMax) {
+  if (text.size() > kStudyFileBytesMax) {
+    refuse(name, fmt::format("is too large: must be at most {} bytes", kStudyFileBytesMax));
+  }
+  if (bytes_beside_long_strings(text) > kStudyBytesMax) {
     refuse(name, fmt::format("is too large: must be at most {} bytes", kStudyBytesMax));
   }
-  return text;
+  // Line ends change where files pass through other systems; what multi-line strings hold does not.
+  return with_plain_line_ends(std::move(text));
 }
 
 /// Turns a toml++ document into JSON, noting where each key stands.
@@ -155,6 +160,28 @@ std::string toml_string(const std::string& text) {
   return quoted;
 }
 
+/// What is longer stands on lines of its own.
+constexpr std::size_t kShortStringMax = 120;
+
+/// As a multi-line string: literally if it can stand so, else escaped line by line.
+std::string long_toml_string(const std::string& text) {
+  const bool is_plain = std::all_of(text.begin(), text.end(), [](char c) {
+    return c == '\n' || (c >= ' ' && c <= '~' && c != '\'');
+  });
+  // A line break right behind the opening quotes does not count.
+  if (is_plain) return "'''\n" + text + "'''";
+  std::string quoted;
+  std::size_t begin = 0;
+  while (true) {
+    const std::size_t end = text.find('\n', begin);
+    const std::string line = toml_string(text.substr(begin, end - begin));
+    quoted += line.substr(1, line.size() - 2);
+    if (end == std::string::npos) return "\"\"\"\n" + quoted + "\"\"\"";
+    quoted += '\n';
+    begin = end + 1;
+  }
+}
+
 std::string toml_key(const std::string& key) { return is_bare_key(key) ? key : toml_string(key); }
 
 std::string toml_float(double number) {
@@ -244,7 +271,11 @@ void parse_override_value(const SettingOverride& setting, json& value) {
 
 void append_toml(const json& table, const std::string& heading, std::string& text) {
   for (const auto& [key, value] : table.items()) {
-    if (!value.is_object()) text += fmt::format("{} = {}\n", toml_key(key), inline_toml(value));
+    if (value.is_object()) continue;
+    const bool is_long =
+        value.is_string() && value.get_ref<const std::string&>().size() > kShortStringMax;
+    text += fmt::format("{} = {}\n", toml_key(key),
+                        is_long ? long_toml_string(value.get<std::string>()) : inline_toml(value));
   }
   for (const auto& [key, value] : table.items()) {
     if (!value.is_object()) continue;

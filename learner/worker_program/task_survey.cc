@@ -4,12 +4,16 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 
 #include "common/base/config_error.h"
+#include "common/base/task_agreement.h"
+#include "learner/study/task_table.h"
 #include "learner/worker_program/process.h"
 #include "learner/worker_program/program_answer.h"
 
@@ -19,11 +23,32 @@ namespace {
 using nlohmann::json;
 
 constexpr std::chrono::seconds kLimit{30};
+/// What a study file holds stays below its own limit of 32 tables.
+constexpr int kSettingsNestingMax = 16;
+constexpr std::uint64_t kIntegerMax = std::numeric_limits<std::int64_t>::max();
+
+/// The settings come from a user's program: they must be such as a study file can hold.
+void check_settings(const json& settings, const std::string& path, int depth) {
+  if (settings.is_null()) throw ConfigError(path, "null", "a task's settings must have values");
+  if (depth > kSettingsNestingMax) throw ConfigError(path, "", "is nested too deeply");
+  if (settings.is_string() &&
+      settings.get_ref<const std::string&>().find('\0') != std::string::npos) {
+    throw ConfigError(path, "", "must not hold a NUL character");
+  }
+  if (settings.is_number_unsigned() && settings.get<std::uint64_t>() > kIntegerMax) {
+    throw ConfigError(path, settings.dump(), "must be an integer of 63 bits");
+  }
+  for (const auto& [key, value] : settings.items()) {
+    if (settings.is_structured()) {
+      check_settings(value, settings.is_object() ? path + "." + key : path, depth + 1);
+    }
+  }
+}
 
 }  // namespace
 
-TaskDescription describe_task(const std::string& content,
-                              const std::filesystem::path& worker_program) {
+DescribedTask describe_task(const std::string& content,
+                            const std::filesystem::path& worker_program) {
   Result<ProgramOutput> answer = run_program(worker_program, {"--describe-task"}, content, kLimit);
   if (!answer) throw std::runtime_error("cannot ask about the task: " + answer.error().message);
   const std::string unusable =
@@ -33,18 +58,29 @@ TaskDescription describe_task(const std::string& content,
   if (answer->exit_status != 0 || !said.contains("description")) throw std::runtime_error(unusable);
   Result<TaskDescription> facts = task_description_from_json(said["description"].dump());
   if (!facts) throw ConfigError("task", "", facts.error().message);
-  return *facts;
+  if (!said.contains("settings") || !said["settings"].is_object()) {
+    throw std::runtime_error(unusable);
+  }
+  for (const char* ours : {"name", "described"}) {
+    if (said["settings"].contains(ours)) {
+      throw ConfigError(std::string("task.") + ours, "",
+                        "must be no setting of a task: it is ours");
+    }
+  }
+  check_settings(said["settings"], "task", 0);
+  check_agreement(json::parse(content), said["settings"], *facts);
+  return {*facts, said["settings"].dump()};
 }
 
-std::map<std::string, TaskDescription> survey_tasks(const LoadedStudy& loaded,
-                                                    const std::filesystem::path& worker_program,
-                                                    bool is_needed) {
+std::map<std::string, DescribedTask> survey_tasks(const LoadedStudy& loaded,
+                                                  const std::filesystem::path& worker_program,
+                                                  bool is_needed) {
   if (access(worker_program.c_str(), X_OK) != 0) {
     if (!is_needed) return {};
     throw ConfigError("--worker-program", worker_program.string(),
                       fmt::format("cannot be executed: {}", std::strerror(errno)));
   }
-  std::map<std::string, TaskDescription> known;
+  std::map<std::string, DescribedTask> known;
   std::set<std::string> asked;
   for (std::size_t c = 0; c < loaded.study.conditions.size(); ++c) {
     const std::string& content = loaded.study.conditions[c].task_content;
@@ -57,10 +93,30 @@ std::map<std::string, TaskDescription> survey_tasks(const LoadedStudy& loaded,
       }
     }
     if (const auto facts = known.find(content); facts != known.end()) {
-      check_task(loaded, c, {facts->second.input_dim, facts->second.output_dim});
+      const TaskDescription& task = facts->second.description;
+      check_task(loaded, c, {task.input_dim, task.output_dim});
     }
   }
   return known;
+}
+
+std::map<std::string, TaskDescription> resolve_tasks(
+    LoadedStudy& loaded, const std::map<std::string, DescribedTask>& described) {
+  std::map<std::string, TaskDescription> resolved;
+  for (std::size_t c = 0; c < loaded.study.conditions.size(); ++c) {
+    const auto task = described.find(loaded.study.conditions[c].task_content);
+    if (task == described.end()) continue;
+    resolve_task(loaded, c, task->second.settings, task->second.description);
+    resolved[loaded.study.conditions[c].task_content] = task->second.description;
+  }
+  return resolved;
+}
+
+std::map<std::string, TaskDescription> descriptions_of(
+    const std::map<std::string, DescribedTask>& described) {
+  std::map<std::string, TaskDescription> descriptions;
+  for (const auto& [content, task] : described) descriptions[content] = task.description;
+  return descriptions;
 }
 
 }  // namespace treeroll

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "common/base/rollout_status.h"
+#include "common/base/cut_text.h"
 #include "learner/worker_program/process.h"
 #include "learner/worker_program/program_answer.h"
 
@@ -25,13 +25,6 @@ constexpr std::size_t kAnswerBytesMax = 64'000'000;
 /// on top of it: one that burns none is blocked.
 constexpr double kBlockedFactor = 10;
 constexpr double kBlockedExtraS = 10;
-
-bool is_status(const std::string& word) {
-  for (int i = 0; i < kNumRolloutStatuses; ++i) {
-    if (name(static_cast<RolloutStatus>(i)) == word) return true;
-  }
-  return false;
-}
 
 bool are_among(const std::vector<std::string>& names, const std::vector<std::string>& columns) {
   return std::all_of(names.begin(), names.end(), [&](const std::string& name) {
@@ -79,18 +72,20 @@ std::optional<PolicyEvaluation> read_answer(const json& said, const TaskDescript
                                             bool trace) {
   try {
     const json& evaluation = said.at("evaluation");
-    PolicyEvaluation outcome;
-    outcome.reward = evaluation.at("reward").get<double>();
-    outcome.status = evaluation.at("status").get<std::string>();
-    outcome.complaint = said.at("complaint").get<std::string>();
-    const bool ok = outcome.status == name(RolloutStatus::kOk);
-    const bool in_range = outcome.reward >= task.reward_min && outcome.reward <= task.reward_max;
-    if (!is_status(outcome.status) || (ok ? !in_range : outcome.reward != 0)) return std::nullopt;
-    if (!trace) return outcome;
+    const auto reward = evaluation.at("reward").get<double>();
+    const auto status = rollout_status(evaluation.at("status").get<std::string>());
+    if (!status) return std::nullopt;
+    if (*status == RolloutStatus::kOk ? !task.is_in_range(reward) : reward != 0) {
+      return std::nullopt;
+    }
+    // Executables built against an earlier version give no reason.
+    const std::string reason = evaluation.value("reason", "");
+    PolicyEvaluation done{.outcome = {reward, *status, cut_text(reason, kOutcomeReasonBytesMax)}};
+    if (!trace) return done;
     std::optional<RolloutTrace> read = read_trace(said.at("trace"));
     if (!read) return std::nullopt;
-    outcome.trace = *std::move(read);
-    return outcome;
+    done.trace = *std::move(read);
+    return done;
   } catch (const json::exception&) {
     return std::nullopt;
   }
@@ -112,13 +107,14 @@ PolicyEvaluation evaluate_with(const std::filesystem::path& worker_program,
   // How the evaluation ended the process says more than what it has printed before.
   const int signal = answer->exit_status - kEndedBySignal;
   if (signal == SIGXCPU || signal == SIGKILL) {
-    return {.status = std::string(name(RolloutStatus::kTimedOut)),
-            .complaint = fmt::format("it took more than the task's limit of {} s of processor time",
-                                     task.time_limit_s)};
+    return {.outcome = Outcome::failed(
+                RolloutStatus::kTimedOut,
+                fmt::format("took more than the task's limit of {} s of processor time",
+                            task.time_limit_s))};
   }
   if (signal > 0) {
-    return {.status = std::string(name(RolloutStatus::kCrashed)),
-            .complaint = fmt::format("it was ended by signal {}", signal)};
+    return {.outcome = Outcome::failed(RolloutStatus::kCrashed,
+                                       fmt::format("was ended by signal {}", signal))};
   }
   const std::string unusable =
       fmt::format("{} --evaluate ended with status {} and said nothing that can be read",

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "common/base/outcome.h"
 #include "common/base/task_description.h"
 #include "learner/worker_program/rollout_trace.h"
 
@@ -18,9 +19,7 @@ struct EvaluationRequest {
 };
 
 struct PolicyEvaluation {
-  double reward = 0;
-  std::string status;  ///< a word of common/base/rollout_status.h
-  std::string complaint = {};
+  Outcome outcome;
   RolloutTrace trace = {};  ///< empty if it was not asked for, or the task records none
 };
 

@@ -12,11 +12,6 @@
 namespace treeroll::architecture {
 namespace {
 
-const SourceFile& file_of(const std::vector<SourceFile>& tree, const std::string& path) {
-  return *std::find_if(tree.begin(), tree.end(),
-                       [&](const SourceFile& file) { return file.path == path; });
-}
-
 /// Channel -> type, as wire_fields.h has them: a message's type stands before its channel.
 std::map<std::string, std::string> in_code(const SourceFile& header) {
   const std::regex type(R"(using Wire = (\w+);)");
@@ -43,7 +38,7 @@ std::map<std::string, std::string> in_table(const SourceFile& readme) {
 TEST(ChannelTableTest, HasEachChannelWithItsTypeAndNothingElse) {
   const std::vector<SourceFile> tree = read_tree(TREEROLL_SOURCE_DIR);
   const auto types = in_code(file_of(tree, "common/transport/wire_fields.h"));
-  EXPECT_GE(types.size(), 10U) << "wire_fields.h was not read";
+  EXPECT_GE(types.size(), 9U) << "wire_fields.h was not read";
   EXPECT_EQ(in_table(file_of(tree, "lcmtypes/README.md")), types);
 }
 

@@ -18,7 +18,7 @@ TEST(EquationsInTest, ReadsNumbersAndRanges) {
 }
 
 /// What is wrong with a map of these rows, apart from the equations it lacks.
-std::vector<std::string> findings(const std::string& rows) {
+std::vector<std::string> findings_in(const std::string& rows) {
   const std::vector<SourceFile> files = {
       make_source_file(std::string(kEquationMapPath),
                        "## Equations of the thesis\n\n|a|b|c|\n|---|---|---|\n" + rows),
@@ -36,34 +36,34 @@ std::vector<std::string> findings(const std::string& rows) {
 }
 
 TEST(EquationMapTest, PassesWhatIsTrue) {
-  EXPECT_THAT(findings("| (2-3) | `common/mixture/gmr.h` `Gmr::regress` | `GmrTest.IsALine` |\n"
-                       "| (2-4) | `Gmr` | `OtherTest.*`, `.IsNone`, `GmrTest.Is*` |\n"
-                       "| (2-6) | it is another policy |\n"),
+  EXPECT_THAT(findings_in("| (2-3) | `common/mixture/gmr.h` `Gmr::regress` | `GmrTest.IsALine` |\n"
+                          "| (2-4) | `Gmr` | `OtherTest.*`, `.IsNone`, `GmrTest.Is*` |\n"
+                          "| (2-6) | it is another policy |\n"),
               IsEmpty());
 }
 
 TEST(EquationMapTest, FindsAFileAWordAndATestThatDoNotExist) {
-  EXPECT_THAT(findings("| (2-3) | `common/policy/old.h` `Gmr` | `GmrTest.IsALine` |\n"),
+  EXPECT_THAT(findings_in("| (2-3) | `common/policy/old.h` `Gmr` | `GmrTest.IsALine` |\n"),
               ElementsAre(HasSubstr("learner/README.md:5: there is no file common/policy/old.h")));
-  EXPECT_THAT(findings("| (2-3) | `common/mixture/gmr.h` `Gmr::vary` | `GmrTest.IsALine` |\n"),
+  EXPECT_THAT(findings_in("| (2-3) | `common/mixture/gmr.h` `Gmr::vary` | `GmrTest.IsALine` |\n"),
               ElementsAre(HasSubstr("Gmr::vary is not in common/mixture/gmr.h")));
-  EXPECT_THAT(findings("| (2-3) | `common/mixture/gmr.h` `ghost` | `GmrTest.IsALine` |\n"),
+  EXPECT_THAT(findings_in("| (2-3) | `common/mixture/gmr.h` `ghost` | `GmrTest.IsALine` |\n"),
               ElementsAre(HasSubstr("ghost is not in")));
   for (const std::string test :
        {"GmrTest.IsAPlane", "OtherTest.IsALine", "GhostTest.*", "GmrTest.As*"}) {
-    EXPECT_THAT(findings("| (2-3) | `common/mixture/gmr.h` `Gmr` | `" + test + "` |\n"),
+    EXPECT_THAT(findings_in("| (2-3) | `common/mixture/gmr.h` `Gmr` | `" + test + "` |\n"),
                 ElementsAre(HasSubstr("there is no test " + test)));
   }
 }
 
 TEST(EquationMapTest, FindsARowThatNamesNothing) {
-  EXPECT_THAT(findings("| (2-3) | regression | `GmrTest.IsALine` |\n"),
+  EXPECT_THAT(findings_in("| (2-3) | regression | `GmrTest.IsALine` |\n"),
               ElementsAre(HasSubstr("names no function")));
-  EXPECT_THAT(findings("| (2-3) | `common/mixture/gmr.h` `Gmr` | by eye |\n"),
+  EXPECT_THAT(findings_in("| (2-3) | `common/mixture/gmr.h` `Gmr` | by eye |\n"),
               ElementsAre(HasSubstr("names no test")));
-  EXPECT_THAT(findings("| (2-3) | `common/mixture/gmr.h` `Gmr` | `IsALine` |\n"),
+  EXPECT_THAT(findings_in("| (2-3) | `common/mixture/gmr.h` `Gmr` | `IsALine` |\n"),
               ElementsAre(HasSubstr("write `Suite.Name`")));
-  EXPECT_THAT(findings("| (2-3) |\n"), ElementsAre(HasSubstr("a row has")));
+  EXPECT_THAT(findings_in("| (2-3) |\n"), ElementsAre(HasSubstr("a row has")));
 }
 
 TEST(EquationMapTest, FindsEveryEquationThatIsMissing) {

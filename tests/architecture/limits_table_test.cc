@@ -13,11 +13,6 @@
 namespace treeroll::architecture {
 namespace {
 
-const SourceFile& file_of(const std::vector<SourceFile>& tree, const std::string& path) {
-  return *std::find_if(tree.begin(), tree.end(),
-                       [&](const SourceFile& file) { return file.path == path; });
-}
-
 /// The names in limits.h.
 std::set<std::string> limits(const SourceFile& header) {
   std::set<std::string> names;

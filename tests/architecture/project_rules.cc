@@ -143,7 +143,9 @@ std::vector<Finding> check_links(const std::vector<SourceFile>& files) {
 
 std::vector<Finding> check_tree(const std::vector<SourceFile>& files) {
   std::vector<Finding> findings = check_links(files);
-  for (Finding& finding : check_own_headers(files)) findings.push_back(std::move(finding));
+  for (const auto check : {check_own_headers, check_local_names}) {
+    for (Finding& finding : check(files)) findings.push_back(std::move(finding));
+  }
   for (const SourceFile& file : files) {
     for (const auto check : {check_includes, check_words, check_project, check_message_comments}) {
       for (Finding& finding : check(file)) findings.push_back(std::move(finding));

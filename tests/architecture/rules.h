@@ -43,6 +43,11 @@ std::vector<Finding> check_links(const std::vector<SourceFile>& files);
 /// there unused lets the next include pass that nobody has thought about.
 std::vector<Finding> check_unused_arrows(const std::vector<SourceFile>& files);
 
+/// Names in the unnamed namespaces of one folder's sources, which are compiled several as one: each
+/// belongs to one source. The compiler refuses the same thing twice; of two functions that differ
+/// in their arguments it would quietly take the better match.
+std::vector<Finding> check_local_names(const std::vector<SourceFile>& files);
+
 /// All that can be said of any set of files: all of the above but the unused arrows.
 std::vector<Finding> check_tree(const std::vector<SourceFile>& files);
 

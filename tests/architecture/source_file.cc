@@ -125,4 +125,9 @@ std::vector<SourceFile> read_tree(const std::filesystem::path& root) {
   return files;
 }
 
+const SourceFile& file_of(const std::vector<SourceFile>& tree, const std::string& path) {
+  return *std::find_if(tree.begin(), tree.end(),
+                       [&](const SourceFile& file) { return file.path == path; });
+}
+
 }  // namespace treeroll::architecture

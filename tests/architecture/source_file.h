@@ -33,4 +33,7 @@ SourceFile make_source_file(std::string path, std::string_view text);
 /// by path, so that findings come in the same order everywhere.
 std::vector<SourceFile> read_tree(const std::filesystem::path& root);
 
+/// The file at that path, which must be there.
+const SourceFile& file_of(const std::vector<SourceFile>& tree, const std::string& path);
+
 }  // namespace treeroll::architecture

@@ -33,10 +33,30 @@ TEST(TaskDescriptionTest, IsWrittenWithTheNamesOfItsMembers) {
                             "time_limit_s": 7.0, "deterministic": false})"));
 }
 
+TEST(TaskDescriptionTest, StatesAVersionOnlyIfThereIsOne) {
+  TaskDescription versioned = kDescription;
+  versioned.version = "2024-05";
+  EXPECT_EQ(to_json(versioned)["version"], "2024-05");
+  EXPECT_EQ(*task_description_from_json(to_json(versioned).dump()), versioned);
+  EXPECT_FALSE(to_json(kDescription).contains("version"));
+  EXPECT_NE(error_with("version", std::string(129, 'x')).find("description.version"),
+            std::string::npos);
+  EXPECT_NE(error_with("version", 2).find("description.version"), std::string::npos);
+}
+
 TEST(TaskDescriptionTest, IsReadAsItWasWritten) {
   const Result<TaskDescription> read = task_description_from_json(to_json(kDescription).dump());
   ASSERT_TRUE(read) << read.error().message;
   EXPECT_EQ(*read, kDescription);
+}
+
+TEST(TaskDescriptionTest, SaysThatItMustNotBeStartedTwiceOnlyWhereThatIsSo) {
+  EXPECT_FALSE(to_json(kDescription).contains("repeatable"));
+  TaskDescription robot = kDescription;
+  robot.repeatable = false;
+  const Result<TaskDescription> read = task_description_from_json(to_json(robot).dump());
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(*read, robot);
 }
 
 TEST(TaskDescriptionTest, IsRefusedWithTheMemberThatBreaksItsRule) {
@@ -45,7 +65,8 @@ TEST(TaskDescriptionTest, IsRefusedWithTheMemberThatBreaksItsRule) {
       {"output_dim", 0},    {"output_dim", 1.5},
       {"reward_min", -.1},  {"reward_max", .4},
       {"time_limit_s", 0},  {"time_limit_s", 2e6},
-      {"deterministic", 1}, {"other", 1}};
+      {"deterministic", 1}, {"repeatable", 1},
+      {"other", 1}};
   for (const auto& [key, value] : broken) {
     EXPECT_NE(error_with(key, value).find(std::string("description.") + key), std::string::npos)
         << key << " = " << value << ": " << error_with(key, value);

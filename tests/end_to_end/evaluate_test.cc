@@ -137,10 +137,10 @@ TEST(EvaluateTest, PrintsLinesForAPersonWithoutJson) {
   const fs::path policy = service.directory() / "policy.json";
   write_file(policy, kPolicy);
   EXPECT_EQ(evaluate(service, {policy.string(), service.study(kSynthetic).string()}).output,
-            "task    synthetic\nreward  1\nstatus  ok\n");
+            "policy  " + policy.string() + "\ntask    synthetic\nreward  1\nstatus  ok\n");
 }
 
-struct BadInput {
+struct BadEvaluation {
   const char* what;
   std::string policy;                  ///< text of the policy file; empty: kPolicy
   std::string study;                   ///< text of the study; empty: kSynthetic
@@ -153,10 +153,10 @@ std::string two_tasks() {
   return std::string(kSynthetic) + "[[conditions]]\nname = \"steep\"\ntask.sensitivity = 2.0\n";
 }
 
-class BadEvaluationTest : public ::testing::TestWithParam<BadInput> {};
+class BadEvaluationTest : public ::testing::TestWithParam<BadEvaluation> {};
 
 TEST_P(BadEvaluationTest, EndsWithStatus2AndSaysWhatIsWrong) {
-  const BadInput& bad = GetParam();
+  const BadEvaluation& bad = GetParam();
   const Service service;
   const fs::path policy = service.directory() / "policy.json";
   write_file(policy, bad.policy.empty() ? kPolicy : bad.policy);
@@ -172,69 +172,70 @@ TEST_P(BadEvaluationTest, EndsWithStatus2AndSaysWhatIsWrong) {
 INSTANTIATE_TEST_SUITE_P(
     Table, BadEvaluationTest,
     ::testing::Values(
-        BadInput{"policy_is_no_json", "policy", "", {}, {"POLICY = ", "must be JSON"}},
-        BadInput{"policy_is_nested_deeply",
-                 std::string(500'000, '['),
-                 "",
-                 {},
-                 {"POLICY = ", "nested deeper"}},
-        BadInput{"policy_is_too_large",
-                 std::string((1U << 20U) + 1, ' '),
-                 "",
-                 {},
-                 {"POLICY = ", "is too large: must be at most 1048576 bytes"}},
-        BadInput{"policy_of_another_format", "{}", "", {}, {"POLICY = ", "$.format"}},
-        BadInput{"policy_that_is_not_utf8", "{\"\xff\": 1}", "", {}, {"POLICY = "}},
-        BadInput{"dimension_mismatch",
-                 "",
-                 "",
-                 {"--set", "task.input_dim=2"},
-                 {"POLICY = ", "has 1 inputs and 1 outputs, must have 2 inputs and 1 outputs"}},
-        BadInput{"unknown_condition",
-                 "",
-                 "",
-                 {"--condition", "tree"},
-                 {"--condition = tree: must be a condition of the study: plain"}},
-        BadInput{"ambiguous_condition",
-                 "",
-                 two_tasks(),
-                 {},
-                 {"--condition: must be given", "plain, steep"}},
-        BadInput{"bad_study", "", "[study\n", {}, {".toml:1"}},
-        BadInput{"bad_task_setting",
-                 "",
-                 "",
-                 {"--set", "task.sensitivity=-1"},
-                 {"--set: task.sensitivity = -1: must be"}},
-        BadInput{"unknown_task",
-                 "",
-                 "",
-                 {"--set", "task.name=juggling"},
-                 {"--set: task.name = \"juggling\": must be a task this worker knows: "}},
-        BadInput{"worker_program_missing",
-                 "",
-                 "",
-                 {"--worker-program", "/nonexistent"},
-                 {"--worker-program = /nonexistent: must be a program"}},
-        BadInput{"trace_in_no_folder",
-                 "",
-                 "",
-                 {"--trace", "/nonexistent/trace.csv"},
-                 {"--trace = /nonexistent/trace.csv: must be a file in a folder there is"}},
-        BadInput{"trace_is_a_folder", "", "", {"--trace", "/tmp"}, {"--trace = /tmp"}},
-        BadInput{"task_without_traces",
-                 "",
-                 "",
-                 {"--trace", "trace.csv"},
-                 {"--trace = trace.csv: this task records no trace"}},
-        BadInput{"trace_too_long",
-                 "",
-                 "",
-                 {"--set", "task.name=swing_up", "--set", "task.plant=rk4", "--set",
-                  "task.duration_s=300", "--trace", "trace.csv"},
-                 {"trace: the roll-out has more than 2000000 numbers"}},
-        BadInput{"negative_seed", "", "", {"--seed", "-1"}, {"--seed"}},
-        BadInput{"unknown_option", "", "", {"--tarce", "x"}, {"--tarce"}}),
+        BadEvaluation{"policy_is_no_json", "policy", "", {}, {"POLICY = ", "must be JSON"}},
+        BadEvaluation{"policy_is_nested_deeply",
+                      std::string(500'000, '['),
+                      "",
+                      {},
+                      {"POLICY = ", "nested deeper"}},
+        BadEvaluation{"policy_is_too_large",
+                      std::string((1U << 20U) + 1, ' '),
+                      "",
+                      {},
+                      {"POLICY = ", "is too large: must be at most 1048576 bytes"}},
+        BadEvaluation{"policy_of_another_format", "{}", "", {}, {"POLICY = ", "$.format"}},
+        BadEvaluation{"policy_that_is_not_utf8", "{\"\xff\": 1}", "", {}, {"POLICY = "}},
+        BadEvaluation{
+            "dimension_mismatch",
+            "",
+            "",
+            {"--set", "task.input_dim=2"},
+            {"POLICY = ", "has 1 inputs and 1 outputs, must have 2 inputs and 1 outputs"}},
+        BadEvaluation{"unknown_condition",
+                      "",
+                      "",
+                      {"--condition", "tree"},
+                      {"--condition = tree: must be a condition of the study: plain"}},
+        BadEvaluation{"ambiguous_condition",
+                      "",
+                      two_tasks(),
+                      {},
+                      {"--condition: must be given", "plain, steep"}},
+        BadEvaluation{"bad_study", "", "[study\n", {}, {".toml:1"}},
+        BadEvaluation{"bad_task_setting",
+                      "",
+                      "",
+                      {"--set", "task.sensitivity=-1"},
+                      {"--set: task.sensitivity = -1: must be"}},
+        BadEvaluation{"unknown_task",
+                      "",
+                      "",
+                      {"--set", "task.name=juggling"},
+                      {"--set: task.name = \"juggling\": must be a task this worker knows: "}},
+        BadEvaluation{"worker_program_missing",
+                      "",
+                      "",
+                      {"--worker-program", "/nonexistent"},
+                      {"--worker-program = /nonexistent: must be a program"}},
+        BadEvaluation{"trace_in_no_folder",
+                      "",
+                      "",
+                      {"--trace", "/nonexistent/trace.csv"},
+                      {"--trace = /nonexistent/trace.csv: must be a file in a folder there is"}},
+        BadEvaluation{"trace_is_a_folder", "", "", {"--trace", "/tmp"}, {"--trace = /tmp"}},
+        BadEvaluation{"task_without_traces",
+                      "",
+                      "",
+                      {"--trace", "trace.csv"},
+                      {"--trace = trace.csv: this task records no trace"}},
+        BadEvaluation{"trace_too_long",
+                      "",
+                      "",
+                      {"--set", "task.name=swing_up", "--set", "task.plant=rk4", "--set",
+                       "task.duration_s=300", "--trace", "trace.csv"},
+                      {"trace: the roll-out has more than 2000000 numbers"}},
+        BadEvaluation{"negative_seed", "", "", {"--seed", "-1"}, {"--seed"}},
+        BadEvaluation{"unknown_option", "", "", {"--tarce", "x"}, {"--tarce"}}),
     [](const auto& test) { return test.param.what; });
 
 TEST(BadEvaluationPathTest, AMissingPolicyAndAFolderAreRefused) {

@@ -18,7 +18,7 @@ using std::chrono::seconds;
 using ::testing::HasSubstr;
 
 /// Two conditions, five repetitions, about 5 s of processor time.
-const std::string kSwingUp =
+const std::string kFiveSwingUps =
     text_of({.seed = 4, .repetitions = 5, .rollouts = 100, .in_flight = 2});
 
 /// Ten runs of a thousand roll-outs that take half a millisecond each.
@@ -50,7 +50,7 @@ Service::Learnt learn_with(const Service& service, std::vector<int> daemons) {
     workers.push_back(std::make_unique<Daemon>(
         "treeroll-worker", worker_arguments(service, processes), service.directory()));
   }
-  return service.learn(service.study(kSwingUp), {});
+  return service.learn(service.study(kFiveSwingUps), {});
 }
 
 TEST(LearningTest, TheSameFilesComeOutWhateverWorkersThereAreAndHoweverTheyDie) {
@@ -69,7 +69,7 @@ TEST(LearningTest, TheSameFilesComeOutWhateverWorkersThereAreAndHoweverTheyDie) 
   Daemon doomed("treeroll-worker", worker_arguments(service, 2), service.directory());
   Daemon survivor("treeroll-worker", worker_arguments(service, 1), service.directory());
   Daemon learner("treeroll-learner",
-                 {service.study(kSwingUp).string(), "--json", "--lcm-url", service.url(),
+                 {service.study(kFiveSwingUps).string(), "--json", "--lcm-url", service.url(),
                   "--state-dir", (service.directory() / "killed").string()},
                  service.directory());
   ASSERT_TRUE(eventually(seconds(20), [&] {
@@ -96,7 +96,7 @@ TEST(LearningTest, TheSameFilesComeOutWhateverWorkersThereAreAndHoweverTheyDie) 
 
 TEST(LearningTest, TheServiceGivesToTheBitWhatOneProcessGives) {
   const Service service;
-  const std::filesystem::path study = service.study(kSwingUp);
+  const std::filesystem::path study = service.study(kFiveSwingUps);
   const std::vector<std::string> overrides{"study.rollouts=30", "study.repetitions=2"};
   const Service::Learnt learnt =
       service.learn(study, {"--local-workers", "2", "--set", overrides[0], "--set", overrides[1]});
@@ -140,20 +140,20 @@ TEST(LearningTest, TenThousandRolloutsWithAWorkerThatJoinsLateAndOneThatLeaves) 
     EXPECT_EQ(worker["last_heard_s"] < learnt.summary["seconds"].get<double>() - 1, left);
     EXPECT_EQ(worker["first_heard_s"] > .3, !left);
   }
-  EXPECT_EQ(accepted, 10'000 + 10);  // and an evaluation of each final policy
+  EXPECT_EQ(accepted, 10'000 + 2 * 10);  // and an evaluation of each start and final policy
 }
 
 TEST(LearningTest, LocalWorkersLearnAndEndWithTheirLearner) {
   const Service service;
   const Service::Learnt learnt = service.learn(
-      service.study(kSwingUp), {"--local-workers", "2", "--set", "study.rollouts=20", "--set",
-                                "task.plant=rk4", "--set", "task.step_s=0.005"});
+      service.study(kFiveSwingUps), {"--local-workers", "2", "--set", "study.rollouts=20", "--set",
+                                     "task.plant=rk4", "--set", "task.step_s=0.005"});
   ASSERT_EQ(learnt.status, 0) << learnt.log;
   EXPECT_EQ(learnt.summary["ledger"]["applied"], 200);
   EXPECT_EQ(learnt.summary["conditions"].size(), 2U);
 
   Daemon learner("treeroll-learner",
-                 {service.study(kSwingUp).string(), "--local-workers", "1", "--lcm-url",
+                 {service.study(kFiveSwingUps).string(), "--local-workers", "1", "--lcm-url",
                   service.url(), "--state-dir", (service.directory() / "killed").string()},
                  service.directory());
   ASSERT_TRUE(eventually(seconds(20), [&] {
@@ -249,7 +249,7 @@ TEST(LearningTest, AStudyThatIsLearntForATimeEndsWithWhatItHasThen) {
     const auto* result = std::get_if<AcceptedResult>(&record);
     num_evaluations += result && result->key.number < 0 ? 1 : 0;
   }));
-  EXPECT_EQ(num_evaluations, 10) << "of each run's policy";
+  EXPECT_EQ(num_evaluations, 2 * 10) << "of each run's start and final policy";
   const std::string said = verified(service);
   EXPECT_THAT(said, HasSubstr("files agree"));
   EXPECT_THAT(said, HasSubstr("learning   2.0 s"));

@@ -31,9 +31,9 @@ class LossTest : public NetworkTest {
     EXPECT_EQ(network.num_lost() > 0, percent > 0);
     const auto& ledger = outcome.learnt.summary["ledger"];
     const auto applied = ledger["applied"].get<double>();
-    // Beside the budget each run's final policy is evaluated.
+    // Beside the budget each run's start policy and final policy are evaluated.
     outcome.simulations_per_rollout =
-        static_cast<double>(num_evaluated(*far)) / (applied + kNumRuns);
+        static_cast<double>(num_evaluated(*far)) / (applied + 2 * kNumRuns);
     outcome.reissues_per_rollout = ledger["reissued"].get<double>() / applied;
     outcome.rollouts_per_s = applied / outcome.learnt.summary["seconds"].get<double>();
     std::cout << fmt::format(

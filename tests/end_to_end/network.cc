@@ -18,13 +18,13 @@
 namespace treeroll::end_to_end {
 namespace {
 
-struct Said {
+struct Printed {
   int status = -1;
   std::string output;  ///< both streams
 };
 
 /// Runs a script of the shell, in another network namespace if one is given.
-Said run(const std::string& script, int network = -1) {
+Printed run(const std::string& script, int network = -1) {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
   const pid_t child = fork();
@@ -38,7 +38,7 @@ Said run(const std::string& script, int network = -1) {
     _exit(127);
   }
   close(ends[1]);
-  Said said;
+  Printed said;
   std::array<char, 4096> buffer{};
   for (ssize_t size = 0; (size = read(ends[0], buffer.data(), buffer.size())) > 0;) {
     said.output.append(buffer.data(), static_cast<std::size_t>(size));
@@ -49,7 +49,7 @@ Said run(const std::string& script, int network = -1) {
 }
 
 std::string must_run(const std::string& script, int network) {
-  Said said = run(script, network);
+  Printed said = run(script, network);
   if (said.status != 0) throw std::runtime_error(fmt::format("{}\n{}", script, said.output));
   return std::move(said.output);
 }
@@ -77,7 +77,7 @@ std::optional<std::string> probe() {
   if (!leave_machine()) {
     return fmt::format("namespaces are not allowed here: {}", std::strerror(errno));
   }
-  const Said said =
+  const Printed said =
       run("ip link add name probe type bridge; ip link delete probe; nft list ruleset");
   if (said.status == 0) return std::nullopt;
   return "neither bridges nor packet filters (iproute2, nftables) here: " + said.output;
@@ -131,13 +131,41 @@ void Network::lose(int percent) {
   }
 }
 
-std::int64_t Network::num_lost() const {
+std::int64_t Network::num_lost() const { return sum_of_counters("loss"); }
+
+void Network::drop_fragments() const {
+  for (const int host : hosts_) {
+    must_run(
+        "nft 'table netdev fragments { chain in {"
+        "  type filter hook ingress device \"eth0\" priority 1;"
+        "  ip frag-off & 0x3fff != 0 counter drop; }; };'",
+        host);
+  }
+}
+
+std::int64_t Network::num_fragments() const { return sum_of_counters("fragments"); }
+
+void Network::send_datagram(int num_bytes) const {
+  must_run(fmt::format("bash -c 'head -c {} /dev/zero > /dev/udp/10.77.0.2/9'", num_bytes),
+           host(0));
+}
+
+std::int64_t Network::sum_of_counters(const std::string& table) const {
   std::int64_t sum = 0;
   for (const int host : hosts_) {
     sum += std::stoll(must_run(
-        R"(nft list table netdev loss | sed -n 's/.*counter packets \([0-9]*\).*/\1/p')", host));
+        fmt::format(R"(nft list table netdev {} | sed -n 's/.*counter packets \([0-9]*\).*/\1/p')",
+                    table),
+        host));
   }
   return sum;
+}
+
+void Network::deafen(int index) const {
+  must_run(
+      "nft 'table ip deaf { chain input {"
+      "  type filter hook input priority 0; iif lo accept; counter drop; }; };'",
+      host(index));
 }
 
 void Network::cut(int index) const {

@@ -40,11 +40,22 @@ class Network {
   /// Packets lost since the last call of lose().
   std::int64_t num_lost() const;
 
+  /// From now on no host takes an IP fragment, as many firewalls and wireless bridges.
+  void drop_fragments() const;
+  /// Fragments dropped since then.
+  std::int64_t num_fragments() const;
+  /// Sends one datagram of so many bytes from host 0 to host 1.
+  void send_datagram(int num_bytes) const;
+  /// From now on the host hears nothing but itself; it is heard as before.
+  void deafen(int index) const;
+
   /// Takes a host's cable out, and puts it in again.
   void cut(int index) const;
   void heal(int index) const;
 
  private:
+  std::int64_t sum_of_counters(const std::string& table) const;
+
   int bridge_ = -1;
   std::vector<int> hosts_;
 };

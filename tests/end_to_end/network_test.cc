@@ -15,28 +15,10 @@ namespace fs = std::filesystem;
 using std::chrono::seconds;
 
 std::string synthetic(int seed, int rollouts, const std::string& task) {
-  return fmt::format(R"(
-[study]
-name = "synthetic"
-seed = {}
-repetitions = 15
-rollouts = {}
-[task]
-name = "synthetic"
-{}
-[policy]
-components = [2, 4]
-[exploration]
-noise_variance = [0.01, 0.1, 0.01]
-convergence_window = 10
-[[conditions]]
-name = "tree"
-policy.model = "tree"
-[[conditions]]
-name = "flat"
-policy.model = "flat"
-)",
-                     seed, rollouts, task);
+  return text_of(
+      SyntheticStudy{fmt::format("name = \"synthetic\"\nseed = {}\nrepetitions = 15\nrollouts = {}",
+                                 seed, rollouts),
+                     task});
 }
 
 }  // namespace
@@ -116,11 +98,17 @@ bool journal_grows(const fs::path& state, std::uintmax_t num_bytes) {
 }
 
 std::string swing_up_study(int rollouts) {
-  return text_of({.seed = 11, .repetitions = 15, .rollouts = rollouts});
+  return text_of(SwingUpStudy{.seed = 11, .repetitions = 15, .rollouts = rollouts});
 }
 
 std::string synthetic_study(int rollouts, int duration_us) {
   return synthetic(12, rollouts, fmt::format("duration_us = {}", duration_us));
+}
+
+std::string patient_study(int rollouts, std::int64_t duration_us) {
+  return synthetic(
+      12, rollouts,
+      fmt::format("duration_us = {}\nmode = \"sleep\"\ntime_limit_s = 10000", duration_us));
 }
 
 std::string sleeping_study(int rollouts, int duration_us, int seed) {

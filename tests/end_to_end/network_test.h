@@ -58,7 +58,9 @@ std::string swing_up_study(int rollouts);
 std::string synthetic_study(int rollouts, int duration_us);
 /// The same, but it sleeps, and is taken for blocked after a second or two.
 std::string sleeping_study(int rollouts, int duration_us, int seed = 12);
-/// An override of both: their roll-outs take no time, and have the same rewards.
+/// Thirty runs, one roll-out of each in flight, that sleep and have all the time they want.
+std::string patient_study(int rollouts, std::int64_t duration_us);
+/// An override of these: their roll-outs take no time, and have the same rewards.
 inline const std::vector<std::string> kAtOnce{"task.duration_us=0"};
 
 }  // namespace treeroll::end_to_end

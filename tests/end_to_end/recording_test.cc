@@ -1,11 +1,16 @@
 // Everything that happens is on the bus: lcm-logger sees it, and its log can be read back.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <lcm/lcm-cpp.hpp>
 #include <map>
+#include <memory>
 #include <set>
+#include <thread>
 
 #include "common/transport/codec.h"
 #include "tests/end_to_end/service.h"
@@ -75,27 +80,91 @@ TEST(RecordingTest, ALoggerSeesEveryRolloutRewardDefinitionAndStatus) {
   std::set<protocol::RolloutKey> asked;
   std::map<protocol::RolloutKey, double> answered;
   std::set<int> improved;
+  std::set<ContentHash> policies;
   for (const protocol::Message& message : read_log(log)) {
     ++count[message.index()];
     if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
       for (const auto& rollout : batch->rollouts) asked.insert(rollout.key);
     } else if (const auto* rewards = std::get_if<protocol::RewardBatch>(&message)) {
-      for (const auto& result : rewards->results) answered[result.key] = result.reward;
+      for (const auto& result : rewards->results) answered[result.key] = result.outcome.reward();
+    } else if (const auto* piece = std::get_if<protocol::DefinitionPiece>(&message)) {
+      if (piece->name.kind == protocol::DefinitionKind::kPolicy) policies.insert(piece->name.id);
     } else if (const auto* best = std::get_if<protocol::BestPolicy>(&message)) {
       improved.insert(best->run);
     }
   }
-  const std::size_t all = 2 * 60 + 2;  // and an evaluation of each run
+  const std::size_t all = 2 * 60 + 4;  // and two evaluations of each run
   EXPECT_EQ(asked.size(), all);
   EXPECT_EQ(answered.size(), all);
   EXPECT_EQ(improved, (std::set<int>{0, 1}));
-  EXPECT_GE((count[protocol::Message(protocol::PolicyDefinition{}).index()]), 3);  // switches
+  EXPECT_GE(policies.size(), 3U);  // switches
   for (const protocol::Message& expected :
-       {protocol::Message(protocol::TaskDefinition{}), protocol::Message(protocol::WorkerStatus{}),
+       {protocol::Message(protocol::DefinitionPiece{}), protocol::Message(protocol::WorkerStatus{}),
         protocol::Message(protocol::DefinitionReport{}),
         protocol::Message(protocol::LearnerStatus{}), protocol::Message(protocol::RunStatus{})}) {
     EXPECT_GT(count[expected.index()], 0)
         << transport::channel_name(transport::channel_of(expected));
+  }
+}
+
+/// Plays a log into the group, over and over, while the learner works.
+void play_until_ended(const Service& service, const std::filesystem::path& log, int speed,
+                      const std::filesystem::path& end) {
+  ASSERT_TRUE(eventually(seconds(60), [&] {
+    Daemon player("/usr/bin/lcm-logplayer",
+                  {fmt::format("--speed={}", speed), "--lcm-url=" + service.url(), log.string()},
+                  service.directory());
+    while (player.wait(seconds(0)) == -1 && !std::filesystem::exists(end)) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return std::filesystem::exists(end);
+  }));
+}
+
+TEST(RecordingTest, ALogThatIsPlayedIntoTheGroupChangesNothing) {
+  const Service service;
+  const auto worker = [&service] {
+    return std::make_unique<Daemon>(
+        "treeroll-worker", std::vector<std::string>{"--processes", "2", "--lcm-url", service.url()},
+        service.directory());
+  };
+  const std::filesystem::path log = service.directory() / "run.lcmlog";
+  const auto stays = worker();
+  auto leaves = worker();
+  auto logger = std::make_unique<Daemon>(
+      "/usr/bin/lcm-logger",
+      std::vector<std::string>{"--quiet", "--lcm-url=" + service.url(), log.string()},
+      service.directory());
+  ASSERT_TRUE(eventually(seconds(10), [&] { return std::filesystem::exists(log); }));
+  ASSERT_EQ(service.learn(service.study(kStudy), {}).status, 0);
+  logger->kill(SIGINT);
+  ASSERT_NE(logger->wait(seconds(10)), -1);
+  leaves->kill(SIGTERM);
+  ASSERT_EQ(leaves->wait(seconds(20)), 0);
+  leaves.reset();
+
+  std::string longer(kStudy);
+  longer.replace(longer.find("rollouts = 60"), 13, "rollouts = 160");
+  const std::filesystem::path study = service.study(longer);
+  std::map<int, Service::Learnt> learnt;  // by speed; 0: undisturbed
+  std::map<int, double> time_s;
+  for (const int speed : {0, 1, 10}) {
+    const std::string name = fmt::format("at_speed_{}", speed);
+    const std::filesystem::path state = service.directory() / name;
+    const auto start = std::chrono::steady_clock::now();
+    Daemon learner(
+        "treeroll-learner",
+        {study.string(), "--json", "--lcm-url", service.url(), "--state-dir", state.string()},
+        service.directory());
+    if (speed > 0) play_until_ended(service, log, speed, state / "runs.csv");
+    learnt[speed] = service.learnt(learner, name, seconds(100));
+    ASSERT_EQ(learnt[speed].status, 0) << learnt[speed].log;
+    time_s[speed] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    std::printf("  speed %2d: %.2f s\n", speed, time_s[speed]);
+    EXPECT_EQ(learnt[speed].rollouts_csv, learnt[0].rollouts_csv);
+    EXPECT_EQ(learnt[speed].runs_csv, learnt[0].runs_csv);
+    EXPECT_LE(time_s[speed], 2 * time_s[0]) << learnt[speed].log;  // was as long as the playback
+    EXPECT_THAT(learnt[speed].log, testing::Not(testing::HasSubstr("2 workers")));
   }
 }
 

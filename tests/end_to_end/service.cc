@@ -24,6 +24,15 @@ using Clock = std::chrono::steady_clock;
 
 std::atomic<int> next_number{0};
 
+constexpr const char* kTreeAndFlat = R"(
+[[conditions]]
+name = "tree"
+policy.model = "tree"
+[[conditions]]
+name = "flat"
+policy.model = "flat"
+)";
+
 }  // namespace
 
 fs::path executable(const std::string& name) {
@@ -157,14 +166,24 @@ components = [2, 4]
 noise_variance = [0.01, 0.3, 0.02]
 initial_noise_factor = 0.03
 convergence_window = 10
-[[conditions]]
-name = "tree"
-policy.model = "tree"
-[[conditions]]
-name = "flat"
-policy.model = "flat"
-)",
-                     study.seed, study.repetitions, study.rollouts, study.in_flight);
+{})",
+                     study.seed, study.repetitions, study.rollouts, study.in_flight, kTreeAndFlat);
+}
+
+std::string text_of(const SyntheticStudy& study) {
+  return fmt::format(R"(
+[study]
+{}
+[task]
+name = "synthetic"
+{}
+[policy]
+components = [2, 4]
+[exploration]
+noise_variance = [0.01, 0.1, 0.01]
+convergence_window = 10
+{})",
+                     study.study, study.task, kTreeAndFlat);
 }
 
 }  // namespace treeroll::end_to_end

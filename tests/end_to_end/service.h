@@ -85,4 +85,11 @@ struct SwingUpStudy {
 };
 std::string text_of(const SwingUpStudy& study);
 
+/// The synthetic task, learnt by a tree and by a flat policy.
+struct SyntheticStudy {
+  std::string study;  ///< lines of [study]
+  std::string task;   ///< lines of [task] beside its name
+};
+std::string text_of(const SyntheticStudy& study);
+
 }  // namespace treeroll::end_to_end

@@ -40,7 +40,7 @@ Learnt learn(const ExplorationSettings& settings, const TreeModel& start,
     const double reward = trajectory_reward(tree_policy(run, draw->layer).decode(draw->theta));
     if (draw->rollout < 10) learnt.first += reward / 10;
     if (draw->rollout >= settings.num_rollouts - 10) learnt.last += reward / 10;
-    run.tell(draw->rollout, reward, RolloutStatus::kOk);
+    run.tell(draw->rollout, Outcome::ok(reward));
   }
   EXPECT_TRUE(run.done());
   learnt.num_switches = run.switches().size();
@@ -86,7 +86,7 @@ TEST(ExplorationLearningTest, HoldsNoMoreAfterAHundredThousandResultsThanAfterAT
   Exploration run = run_over_means(settings, flat_tree());
   std::size_t after_a_thousand = 0;
   while (const std::optional<Draw> draw = run.ask()) {
-    run.tell(draw->rollout, std::exp(-draw->theta.squaredNorm()), RolloutStatus::kOk);
+    run.tell(draw->rollout, Outcome::ok(std::exp(-draw->theta.squaredNorm())));
     if (run.num_told() == 1000) after_a_thousand = bytes_in_use();
   }
   EXPECT_EQ(run.num_told(), 101'000);

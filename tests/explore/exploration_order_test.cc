@@ -39,7 +39,7 @@ TEST(ExplorationOrderTest, DrawsRolloutIAsSoonAsIMinusInFlightPlusOneResultsAreI
           << "in flight " << expected.in_flight << ", told " << told;
       EXPECT_EQ(run.num_told(), told);
       EXPECT_EQ(run.done(), told == 10);
-      if (told < 10) run.tell(told, .5, RolloutStatus::kOk);
+      if (told < 10) run.tell(told, Outcome::ok(.5));
     }
   }
 }
@@ -49,11 +49,11 @@ TEST(ExplorationOrderTest, CountsResultsInAnyOrder) {
   settings.in_flight = 3;
   Exploration run = run_over_means(settings, flat_tree());
   EXPECT_EQ(ask_all(run).size(), 3u);
-  run.tell(2, .5, RolloutStatus::kOk);
+  run.tell(2, Outcome::ok(.5));
   EXPECT_EQ(ask_all(run).at(0).rollout, 3);
-  run.tell(3, .5, RolloutStatus::kOk);
+  run.tell(3, Outcome::ok(.5));
   EXPECT_EQ(ask_all(run).at(0).rollout, 4);
-  run.tell(0, .5, RolloutStatus::kOk);
+  run.tell(0, Outcome::ok(.5));
   EXPECT_EQ(ask_all(run).at(0).rollout, 5);
 }
 
@@ -71,8 +71,8 @@ TEST(ExplorationOrderTest, DrawsDoNotDependOnWhenTheyAreAskedFor) {
       for (Draw& draw : ask_all(late)) of_late.push_back(std::move(draw));
     }
     const double reward = .5 + .4 * std::sin(i);
-    late.tell(i, reward, RolloutStatus::kOk);
-    eager.tell(i, reward, RolloutStatus::kOk);
+    late.tell(i, Outcome::ok(reward));
+    eager.tell(i, Outcome::ok(reward));
     for (Draw& draw : ask_all(eager)) of_eager.push_back(std::move(draw));
   }
   for (int i = 0; i < 30; ++i) {
@@ -127,7 +127,7 @@ TEST(ExplorationOrderTest, OneBatchToldInAnyOrderGivesTheSameUpdate) {
   const auto after = [&](const std::vector<int>& order) {
     Exploration run = run_over_means(settings, flat_tree());
     ask_all(run);
-    for (const int i : order) run.tell(i, rewards[i], RolloutStatus::kOk);
+    for (const int i : order) run.tell(i, Outcome::ok(rewards[i]));
     return run;
   };
   const Exploration forwards = after({0, 1, 2, 3, 4});
@@ -166,7 +166,7 @@ TEST(ExplorationOrderTest, ReplayingTheSameResultsGivesTheSameBits) {
     const double reward = std::exp(-next->theta.squaredNorm());
     told.push_back({next->rollout, reward});
     open.erase(next);
-    run.tell(told.back().rollout, reward, RolloutStatus::kOk);
+    run.tell(told.back().rollout, Outcome::ok(reward));
   }
   ASSERT_EQ(run.switches().size(), 1u);
 
@@ -177,7 +177,7 @@ TEST(ExplorationOrderTest, ReplayingTheSameResultsGivesTheSameBits) {
       EXPECT_EQ(draw.layer, drawn[num_compared].layer);
       EXPECT_EQ(draw.theta, drawn[num_compared++].theta) << draw.rollout;
     }
-    replay.tell(result.rollout, result.reward, RolloutStatus::kOk);
+    replay.tell(result.rollout, Outcome::ok(result.reward));
   }
   EXPECT_EQ(num_compared, 300u);
   EXPECT_EQ(replay.mean(), run.mean());
@@ -190,12 +190,12 @@ TEST(ExplorationOrderDeathTest, RefusesResultsNobodyWaitsForAndRewardsThatAreNon
   ExplorationSettings settings = settings_for_means();
   settings.in_flight = 2;
   Exploration run = run_over_means(settings, flat_tree());
-  EXPECT_DEATH(run.tell(0, 1, RolloutStatus::kOk), "without having been asked for");
+  EXPECT_DEATH(run.tell(0, Outcome::ok(1)), "without having been asked for");
   ask_all(run);
-  run.tell(0, 1, RolloutStatus::kOk);
-  EXPECT_DEATH(run.tell(0, 1, RolloutStatus::kOk), "told twice");
-  EXPECT_DEATH(run.tell(1, -1, RolloutStatus::kOk), "not negative");
-  EXPECT_DEATH(run.tell(1, NAN, RolloutStatus::kOk), "must be finite");
+  run.tell(0, Outcome::ok(1));
+  EXPECT_DEATH(run.tell(0, Outcome::ok(1)), "told twice");
+  EXPECT_DEATH(run.tell(1, Outcome::ok(-1)), "not negative");
+  EXPECT_DEATH(run.tell(1, Outcome::ok(NAN)), "must be finite");
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ TEST(ExplorationPopulationTest, UpdatesOnceAGenerationAndHoldsDrawsUntilItIsComp
       }
       // Four in flight, and none beyond the generation.
       EXPECT_EQ(asked, std::min(told + 4, (told / 6 + 1) * 6)) << told;
-      run.tell(told, bump(out[static_cast<std::size_t>(told)].theta), RolloutStatus::kOk);
+      run.tell(told, Outcome::ok(bump(out[static_cast<std::size_t>(told)].theta)));
       EXPECT_EQ(run.mean() != mean, told % 6 == 5) << told;
       mean = run.mean();
     }
@@ -81,7 +81,7 @@ TEST(ExplorationPopulationTest, StaleGenerationsKeepTheFlightFull) {
     for (int told = 0; told < 31; ++told) {
       while (std::optional<Draw> draw = run.ask()) out.push_back(*std::move(draw));
       EXPECT_EQ(out.size(), static_cast<std::size_t>(std::min(told + 4, 31)));
-      run.tell(told, bump(out[static_cast<std::size_t>(told)].theta), RolloutStatus::kOk);
+      run.tell(told, Outcome::ok(bump(out[static_cast<std::size_t>(told)].theta)));
       EXPECT_EQ(run.mean() != mean, told % 6 == 5) << "the last, partial generation is dropped";
       mean = run.mean();
     }
@@ -115,9 +115,8 @@ TEST(ExplorationPopulationTest, NeitherTheOrderWithinAGenerationNorThatOfEqualRe
           }
           for (int i = 0; i < 8; ++i) {
             const int other = (stride * (7 - i) + 3) % 8;
-            forward.tell(8 * g + i, rewards[static_cast<std::size_t>(i)], RolloutStatus::kOk);
-            scrambled.tell(8 * g + other, rewards[static_cast<std::size_t>(other)],
-                           RolloutStatus::kOk);
+            forward.tell(8 * g + i, Outcome::ok(rewards[static_cast<std::size_t>(i)]));
+            scrambled.tell(8 * g + other, Outcome::ok(rewards[static_cast<std::size_t>(other)]));
           }
           SCOPED_TRACE(testing::Message() << kind.name << ", rewards " << shape << ", stride "
                                           << stride << ", generation " << g);
@@ -167,7 +166,7 @@ TEST(ExplorationPopulationTest, EveryRuleLearnsTheBump) {
         while (const std::optional<Draw> draw = run.ask()) out[draw->rollout] = bump(draw->theta);
         const auto [rollout, reward] = *out.begin();
         out.erase(out.begin());
-        run.tell(rollout, reward, RolloutStatus::kOk);
+        run.tell(rollout, Outcome::ok(reward));
       }
       EXPECT_LT(start, .5);
       EXPECT_GT(bump(run.mean()), .99) << kind.name << complete;
@@ -182,7 +181,7 @@ TEST(ExplorationPopulationTest, AGenerationWithoutRewardTeachesNothing) {
     const Eigen::MatrixXd noise = run.noise();
     for (int i = 0; i < 20; ++i) {
       run.ask();
-      run.tell(i, 1, RolloutStatus::kDiverged);
+      run.tell(i, Outcome::failed(RolloutStatus::kDiverged));
       EXPECT_EQ(run.mean(), mean);
       EXPECT_EQ(run.noise(), noise);
     }
@@ -206,8 +205,8 @@ TEST(ExplorationPopulationTest, ASwitchGoesOnFromTheBestRolloutWithProjectedNois
       // Falls but for the third, in the middle of the second generation.
       const double reward = i == 2 ? 2 : 1 - .01 * i;
       mean_left = afresh.mean();
-      run.tell(i, reward, RolloutStatus::kOk);
-      afresh.tell(i, reward, RolloutStatus::kOk);
+      run.tell(i, Outcome::ok(reward));
+      afresh.tell(i, Outcome::ok(reward));
     }
     EXPECT_EQ(run.switches(), std::vector<int>{9});
     EXPECT_EQ(run.mean(),
@@ -231,15 +230,15 @@ TEST(ExplorationStopTest, StopsAtTheTargetAndTakesInWhatIsStillOut) {
   for (int i = 0; i < 8; ++i) {
     while (run.ask()) {
     }
-    run.tell(i, i == 7 ? .9 : .5 + .01 * i, RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(i == 7 ? .9 : .5 + .01 * i));
     EXPECT_EQ(run.stopped_early(), i == 7);
   }
   EXPECT_FALSE(run.done()) << "8 and 9 are out";
   EXPECT_FALSE(run.ask());
   const Eigen::VectorXd mean = run.mean();
-  run.tell(9, .95, RolloutStatus::kOk);
+  run.tell(9, Outcome::ok(.95));
   EXPECT_FALSE(run.done());
-  run.tell(8, .1, RolloutStatus::kOk);
+  run.tell(8, Outcome::ok(.1));
   EXPECT_TRUE(run.done());
   EXPECT_FALSE(run.ask());
   EXPECT_EQ(run.num_told(), 10);
@@ -252,10 +251,10 @@ TEST(ExplorationStopTest, AFailedRolloutReachesNoTarget) {
   settings.stop_at_reward = .5;
   Exploration run = run_over_means(settings, flat_tree());
   run.ask();
-  run.tell(0, .9, RolloutStatus::kDiverged);
+  run.tell(0, {.9, RolloutStatus::kDiverged});
   EXPECT_FALSE(run.stopped_early());
   run.ask();
-  run.tell(1, .5, RolloutStatus::kOk);
+  run.tell(1, Outcome::ok(.5));
   EXPECT_TRUE(run.done());
 }
 
@@ -271,7 +270,7 @@ TEST(ExplorationStopTest, StopsWhenTheLastLayerHasConvergedIfTheStudySaysSo) {
     int told = 0;
     for (; !run.done(); ++told) {
       run.ask();
-      run.tell(told, 1 - 1e-3 * told, RolloutStatus::kOk);
+      run.tell(told, Outcome::ok(1 - 1e-3 * told));
     }
     EXPECT_EQ(run.switches(), std::vector<int>{9});
     EXPECT_EQ(told, stops ? 20 : 50);

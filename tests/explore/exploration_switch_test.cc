@@ -13,7 +13,7 @@ namespace treeroll::explore {
 namespace {
 
 /// Asks for all that may be drawn; returns the layer of each by number.
-void ask_all(Exploration& run, std::vector<int>& layers) {
+void layers_asked(Exploration& run, std::vector<int>& layers) {
   while (const std::optional<Draw> draw = run.ask()) layers.push_back(draw->layer);
 }
 
@@ -42,13 +42,13 @@ TEST(ExplorationSwitchTest, LeavesAFallingLayerAtTheRightCountAndNotBefore) {
     for (int i = 0; i < of.expected_results; ++i) {
       EXPECT_EQ(run.layer(), 1) << i;
       EXPECT_TRUE(run.switches().empty());
-      ask_all(run, layers);
-      run.tell(i, falling(i), RolloutStatus::kOk);
+      layers_asked(run, layers);
+      run.tell(i, Outcome::ok(falling(i)));
     }
     EXPECT_EQ(run.layer(), 2);
     EXPECT_EQ(run.switches(), std::vector<int>{of.expected_results - 1});
     // Draws already out stay in their layer, the next is of the new one.
-    ask_all(run, layers);
+    layers_asked(run, layers);
     EXPECT_EQ(layers.back(), 2);
     EXPECT_EQ(std::count(layers.begin(), layers.end(), 1), of.expected_results + of.in_flight - 1);
   }
@@ -63,9 +63,9 @@ TEST(ExplorationSwitchTest, WaitsUntilTheSlopeOfTheWindowIsBelowTheThreshold) {
     std::vector<double> rewards;
     for (int i = 0; run.switches().empty(); ++i) {
       ASSERT_LT(i, 100);
-      ask_all(run, layers);
+      layers_asked(run, layers);
       rewards.push_back(i < 25 ? .01 * i : .25 - .005 * (i - 25));
-      run.tell(i, rewards.back(), RolloutStatus::kOk);
+      run.tell(i, Outcome::ok(rewards.back()));
       if (rewards.size() < 10) continue;
       const double slope = least_squares_slope(std::span(rewards).last(10));
       EXPECT_EQ(run.switches().size(), slope < threshold ? 1u : 0u) << i << ", slope " << slope;
@@ -88,8 +88,8 @@ TEST(ExplorationSwitchTest, WithAGainInPlaceOfTheSlopeLeavesWhenTheBestHasAllBut
     std::vector<int> layers;
     GainWindow expected(15);
     for (int i = 0; run.switches().empty(); ++i) {
-      ask_all(run, layers);
-      run.tell(i, reward(i), RolloutStatus::kOk);
+      layers_asked(run, layers);
+      run.tell(i, Outcome::ok(reward(i)));
       expected.add(reward(i));
       if (!gain) continue;
       const bool is_enough = i + 1 >= 15 + in_flight - 1;
@@ -114,12 +114,12 @@ TEST(ExplorationSwitchTest, StaysWithEqualRewardsAndInTheLastLayer) {
   Exploration last = run_over_means(last_only, two_layer_tree());
   std::vector<int> layers;
   for (int i = 0; i < 200; ++i) {
-    ask_all(equal, layers);
-    equal.tell(i, .1, RolloutStatus::kOk);
-    ask_all(equal_by_gain, layers);
-    equal_by_gain.tell(i, .1, RolloutStatus::kOk);
-    ask_all(last, layers);
-    last.tell(i, falling(i), RolloutStatus::kOk);
+    layers_asked(equal, layers);
+    equal.tell(i, Outcome::ok(.1));
+    layers_asked(equal_by_gain, layers);
+    equal_by_gain.tell(i, Outcome::ok(.1));
+    layers_asked(last, layers);
+    last.tell(i, Outcome::ok(falling(i)));
   }
   EXPECT_TRUE(equal.switches().empty());
   EXPECT_TRUE(equal_by_gain.switches().empty());
@@ -136,10 +136,10 @@ TEST(ExplorationSwitchTest, TheNextLayerStartsFromTheFinalMeanWithFreshNoise) {
   settings.last_layer = 1;
   Exploration in_layer_1 = run_over_means(settings, two_layer_tree());
   for (int i = 0; i < 10; ++i) {
-    ask_all(run, layers);
-    run.tell(i, falling(i), RolloutStatus::kOk);
-    ask_all(in_layer_1, layers);
-    in_layer_1.tell(i, falling(i), RolloutStatus::kOk);
+    layers_asked(run, layers);
+    run.tell(i, Outcome::ok(falling(i)));
+    layers_asked(in_layer_1, layers);
+    in_layer_1.tell(i, Outcome::ok(falling(i)));
   }
   ASSERT_EQ(run.layer(), 2);
   const TreeModel expected = tree_policy(run, 1).tree_with(in_layer_1.mean());
@@ -164,7 +164,7 @@ TEST(ExplorationSwitchTest, StaysInItsLayerWhileNoTreeCanBeMadeOfItsMean) {
     Exploration run = run_over_means(settings, two_layer_tree(), repetition);
     for (int i = 0; !run.done(); ++i) {
       while (run.ask()) continue;
-      run.tell(i, 1 + .01 * i, RolloutStatus::kOk);
+      run.tell(i, Outcome::ok(1 + .01 * i));
       if (i < 4 || run.layer() > 1) continue;
       EXPECT_THROW(static_cast<void>(tree_policy(run, 1).tree_with(run.mean()).finest()),
                    std::invalid_argument);
@@ -181,17 +181,17 @@ TEST(ExplorationSwitchTest, ALateResultOfALeftLayerIsRecordedAndNeverLearntFrom)
   Exploration run = run_over_means(two_layers(4, 4, 3), two_layer_tree());
   std::vector<int> layers;
   for (int i = 0; i < 6; ++i) {
-    ask_all(run, layers);
-    run.tell(i, falling(i), RolloutStatus::kOk);
+    layers_asked(run, layers);
+    run.tell(i, Outcome::ok(falling(i)));
   }
   ASSERT_EQ(run.layer(), 2);
-  ask_all(run, layers);
+  layers_asked(run, layers);
   ASSERT_EQ(layers, (std::vector<int>{1, 1, 1, 1, 1, 1, 1, 1, 2}));
   const Eigen::VectorXd mean = run.mean();
   const Eigen::MatrixXd noise = run.noise();
   // Two late ones, one of them the best of all; then layer 2 counts from one.
-  run.tell(6, .1, RolloutStatus::kOk);
-  run.tell(7, 5, RolloutStatus::kOk);
+  run.tell(6, Outcome::ok(.1));
+  run.tell(7, Outcome::ok(5));
   EXPECT_EQ(run.num_told(), 8);
   EXPECT_EQ(run.best().rollout, 7);
   EXPECT_EQ(run.best().layer, 1);
@@ -199,13 +199,13 @@ TEST(ExplorationSwitchTest, ALateResultOfALeftLayerIsRecordedAndNeverLearntFrom)
   EXPECT_EQ(run.best().theta.size(), 4);
   EXPECT_FALSE(run.reward_slope());
   for (int i = 8; i < 11; ++i) {
-    ask_all(run, layers);
+    layers_asked(run, layers);
     EXPECT_EQ(run.mean(), mean);
     EXPECT_EQ(run.noise(), noise);
-    run.tell(i, .2, RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(.2));
   }
   EXPECT_EQ(run.mean(), mean) << "three results of this layer are not yet S_init";
-  run.tell(11, .2, RolloutStatus::kOk);
+  run.tell(11, Outcome::ok(.2));
   EXPECT_NE(run.mean(), mean);
   EXPECT_NE(run.noise(), noise);
   EXPECT_EQ(run.best().rollout, 7);
@@ -219,8 +219,8 @@ TEST(ExplorationLearnTest, LearnsFirstAtSInitResultsThenAtEachOne) {
   const Eigen::VectorXd start = run.mean();
   Eigen::MatrixXd before = run.noise();
   for (int i = 0; i < 12; ++i) {
-    ask_all(run, layers);
-    run.tell(i, .1 + .01 * i, RolloutStatus::kOk);
+    layers_asked(run, layers);
+    run.tell(i, Outcome::ok(.1 + .01 * i));
     EXPECT_EQ(run.mean() != start, i >= 3) << i;
     EXPECT_EQ(run.noise() != before, i >= 3) << i;
     before = run.noise();
@@ -235,10 +235,10 @@ TEST(ExplorationLearnTest, AFailedRolloutCountsWithRewardZeroWhateverItSays) {
   std::vector<int> layers;
   for (int i = 0; i < 8; ++i) {
     const bool fails = i % 2 == 1;
-    ask_all(failing, layers);
-    failing.tell(i, fails ? NAN : .3, fails ? RolloutStatus::kDiverged : RolloutStatus::kOk);
-    ask_all(zero, layers);
-    zero.tell(i, fails ? 0 : .3, RolloutStatus::kOk);
+    layers_asked(failing, layers);
+    failing.tell(i, {fails ? NAN : .3, fails ? RolloutStatus::kDiverged : RolloutStatus::kOk});
+    layers_asked(zero, layers);
+    zero.tell(i, Outcome::ok(fails ? 0 : .3));
   }
   EXPECT_EQ(failing.num_told(), 8);
   EXPECT_EQ(failing.mean(), zero.mean());
@@ -253,8 +253,8 @@ TEST(ExplorationLearnTest, RewardsOfZeroChangeNothing) {
   const Eigen::MatrixXd noise = run.noise();
   std::vector<int> layers;
   for (int i = 0; i < 50; ++i) {
-    ask_all(run, layers);
-    run.tell(i, i % 2, i % 2 == 0 ? RolloutStatus::kOk : RolloutStatus::kTimedOut);
+    layers_asked(run, layers);
+    run.tell(i, {1. * (i % 2), i % 2 == 0 ? RolloutStatus::kOk : RolloutStatus::kTimedOut});
     EXPECT_EQ(run.mean(), mean);
     EXPECT_EQ(run.noise(), noise);
   }
@@ -269,7 +269,7 @@ TEST(ExplorationLearnTest, TheBestOfTheWholeHistoryWeighInEachUpdate) {
   std::vector<Eigen::VectorXd> thetas;
   for (int i = 0; i < 500; ++i) {
     thetas.push_back(run.ask()->theta);
-    run.tell(i, i == 3 ? 3 : i == 9 ? 1 : .001, RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(i == 3 ? 3 : i == 9 ? 1 : .001));
   }
   EXPECT_TRUE(run.mean().isApprox(.75 * thetas[3] + .25 * thetas[9], 1e-14));
 }
@@ -284,7 +284,7 @@ TEST(ExplorationLearnTest, TheMinimumNoiseDecaysWithTheResultsOfTheRun) {
   for (int i = 0; i < 20; ++i) {
     run.ask();
     // The first stays the best: from the second update on the mean is its theta, the spread none.
-    run.tell(i, i == 0 ? 1 : .5, RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(i == 0 ? 1 : .5));
     if (i == 0) continue;
     const double decay = i + 1 <= 5 ? 1 : 5. / (i + 1);
     EXPECT_TRUE(run.noise().isApprox((.1 * decay * variance).asDiagonal().toDenseMatrix(), 1e-14))
@@ -299,8 +299,8 @@ TEST(ExplorationLearnTest, TheDecayGoesOnAcrossASwitch) {
   Exploration run = run_over_means(settings, two_layer_tree());
   std::vector<int> layers;
   for (int i = 0; i < 4; ++i) {
-    ask_all(run, layers);
-    run.tell(i, falling(i), RolloutStatus::kOk);
+    layers_asked(run, layers);
+    run.tell(i, Outcome::ok(falling(i)));
   }
   ASSERT_EQ(layers, (std::vector<int>{1, 1, 2, 2}));
   // The second update of layer 2: no spread, and four results of the run.

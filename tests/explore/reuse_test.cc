@@ -44,7 +44,7 @@ Exploration switched(const ExplorationSettings& settings) {
   Exploration run = run_over_means(settings, two_layer_tree());
   for (int i = 0; run.layer() == 1; ++i) {
     run.ask();
-    run.tell(i, 1 - 1e-3 * i, RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(1 - 1e-3 * i));
   }
   return run;
 }
@@ -58,7 +58,7 @@ TEST(ReuseTest, TheNextLayerLearnsFromTheProjectedBestAtItsFirstResult) {
   std::vector<RatedRollout> told;
   for (int i = 0; run.layer() == 1; ++i) {
     told.push_back({i, 1 - 1e-3 * i, run.ask()->theta});
-    run.tell(i, told.back().reward, RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(told.back().reward));
   }
   ASSERT_EQ(told.size(), 10U);
   const Eigen::VectorXd mean_before = run.mean();
@@ -70,7 +70,7 @@ TEST(ReuseTest, TheNextLayerLearnsFromTheProjectedBestAtItsFirstResult) {
   }
   const Draw first = *run.ask();
   ASSERT_EQ(first.layer, 2);
-  run.tell(10, 2, RolloutStatus::kOk);
+  run.tell(10, Outcome::ok(2));
   best.insert(best.begin(), {10, 2, first.theta});
   best.pop_back();
   const Eigen::VectorXd minimum = 5e-3 * Eigen::Vector2d(.01, .04).replicate(4, 1);
@@ -106,7 +106,7 @@ TEST(ReuseTest, ExperienceWithoutRewardLeavesTheNoiseAsItStarts) {
   Exploration run = run_over_means(settings, two_layer_tree());
   for (int i = 0; run.layer() == 1; ++i) {
     run.ask();
-    run.tell(i, 0, RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(0));
   }
   EXPECT_EQ(run.noise(), Eigen::Vector2d(.01, .04).replicate(4, 1).asDiagonal().toDenseMatrix());
 }

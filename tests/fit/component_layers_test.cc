@@ -25,7 +25,7 @@ const std::string kExperiment = R"("start": "components", "layout": "means",
     "layer_2": {"range": [0, 2], "outputs": [0, 0, 0, 0], "deviations": [0.25, 0.3],
                 "parents": [1, 1, 2, 2]})";
 
-StartPolicy read(const std::string& keys, json* resolved_out = nullptr) {
+StartPolicy read_keys(const std::string& keys, json* resolved_out = nullptr) {
   const json table = json::parse("{" + keys + "}");
   json resolved;
   SettingsReader reader(table, "policy", resolved);
@@ -35,9 +35,9 @@ StartPolicy read(const std::string& keys, json* resolved_out = nullptr) {
   return policy;
 }
 
-std::string error_of(const std::string& keys) {
+std::string refusal_of_keys(const std::string& keys) {
   try {
-    read(keys);
+    read_keys(keys);
   } catch (const ConfigError& error) {
     return error.what();
   }
@@ -45,7 +45,7 @@ std::string error_of(const std::string& keys) {
 }
 
 TEST(ComponentLayersTest, BuildsTheTreeOfTheFirstExperiment) {
-  const StartPolicy start = read(kExperiment);
+  const StartPolicy start = read_keys(kExperiment);
   EXPECT_EQ(tree_policy(start).layout(), ThetaLayout::kMeans);
   ASSERT_EQ(tree_of(start).num_layers(), 2);
   EXPECT_THAT(tree_of(start).parents(2), ElementsAre(0, 0, 1, 1));
@@ -63,14 +63,14 @@ TEST(ComponentLayersTest, BuildsTheTreeOfTheFirstExperiment) {
 }
 
 TEST(ComponentLayersTest, AFlatModelIsTheFinestLayer) {
-  const StartPolicy tree = read(kExperiment);
-  const StartPolicy flat = read(kExperiment + R"(, "model": "flat")");
+  const StartPolicy tree = read_keys(kExperiment);
+  const StartPolicy flat = read_keys(kExperiment + R"(, "model": "flat")");
   EXPECT_EQ(tree_of(flat).num_layers(), 1);
   EXPECT_EQ(test::distance(tree_of(flat).finest(), tree_of(tree).finest()), 0);
 }
 
 TEST(ComponentLayersTest, TakesAnyDimensionsAndAnyNumberOfChildren) {
-  const StartPolicy start = read(R"("start": "components", "frames": "cholesky",
+  const StartPolicy start = read_keys(R"("start": "components", "frames": "cholesky",
       "layer_1": {"inputs": 2, "means": [[0, 0, 1]], "deviations": [1, 2, 3]},
       "layer_2": {"inputs": 2, "means": [[0, 0, 1], [1, 1, 1], [2, 2, 2]],
                   "covariances": [[1, 0, 1, 0, 0, 1]], "parents": [1, 1, 1]},
@@ -83,9 +83,9 @@ TEST(ComponentLayersTest, TakesAnyDimensionsAndAnyNumberOfChildren) {
 
 TEST(ComponentLayersTest, ResolvesToSettingsThatGiveTheSamePolicy) {
   json resolved;
-  const StartPolicy start = read(kExperiment, &resolved);
+  const StartPolicy start = read_keys(kExperiment, &resolved);
   const std::string text = resolved.dump();
-  const StartPolicy again = read(text.substr(1, text.size() - 2));
+  const StartPolicy again = read_keys(text.substr(1, text.size() - 2));
   EXPECT_EQ(to_json(*again.policy), to_json(*start.policy));
 }
 
@@ -117,7 +117,7 @@ TEST(ComponentLayersTest, RefusesWhatIsNoTreeNamingTheKey) {
        "gives no tree"},
   };
   for (const auto& [keys, message] : cases) {
-    EXPECT_THAT(error_of(keys), HasSubstr(message)) << keys;
+    EXPECT_THAT(refusal_of_keys(keys), HasSubstr(message)) << keys;
   }
 }
 

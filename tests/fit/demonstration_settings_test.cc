@@ -40,7 +40,7 @@ class DemonstrationSettingsTest : public ::testing::Test {
   StartPolicy start(const json& table, json* resolved_out = nullptr) const {
     json resolved;
     SettingsReader reader(table, "policy", resolved);
-    StartPolicy policy = read_start_policy(reader, reader_of_files());
+    StartPolicy policy = read_start_policy(reader, {.read_file = reader_of_files()});
     reader.finish();
     if (resolved_out) *resolved_out = resolved;
     return policy;
@@ -95,7 +95,7 @@ TEST_F(DemonstrationSettingsTest, AStartByKmeansIsTheFitFromItsClusters) {
   json resolved;
   const json files = demonstration();
   const Demonstration data =
-      read_demonstration(SettingsReader(files, "d", resolved), reader_of_files());
+      read_demonstration(SettingsReader(files, "d", resolved), {.read_file = reader_of_files()});
   const Gmm clusters = kmeans(data.data, 1, 3, 5, data.regularisation);
   EXPECT_EQ(test::distance(tree_of(policy).finest(), clusters), 0);
   table["fit"]["iterations"] = 50;
@@ -112,6 +112,47 @@ TEST_F(DemonstrationSettingsTest, SeveralInputsFitATree) {
   const StartPolicy policy = start({{"components", {1, 2}}, {"demonstration", files}});
   EXPECT_EQ(tree_of(policy).input_dim(), 2);
   EXPECT_EQ(tree_of(policy).num_layers(), 2);
+}
+
+TEST_F(DemonstrationSettingsTest, AConstantOutputTakesTheVarianceThatIsGiven) {
+  const std::vector<std::vector<std::string>> choices = {{"still", "y"}, {"still"}};
+  for (const std::vector<std::string>& outputs : choices) {
+    for (const char* start_of_em : {"equally_spaced", "kmeans"}) {
+      json files = demonstration();
+      files["outputs"] = outputs;
+      const std::vector<double> variances(1 + outputs.size(), 1e-3);
+      json table;
+      table["components"] = {2, 4};
+      table["demonstration"] = files;
+      table["fit"]["regularisation"] = variances;
+      table["fit"]["start"] = start_of_em;
+      json resolved;
+      const StartPolicy policy = start(table, &resolved);
+      const Gmm finest = tree_of(policy).finest();
+      for (const Component& component : finest.components()) {
+        EXPECT_NEAR(component.mean[1], 1, 1e-12);
+        EXPECT_NEAR(component.covariance(1, 1), 1e-3, 1e-12);
+      }
+      EXPECT_EQ(to_json(*start(resolved).policy), to_json(*policy.policy));
+    }
+  }
+}
+
+TEST_F(DemonstrationSettingsTest, AComponentWithoutDataNamesTheCure) {
+  text_ = "t,y\n0,0\n1e-9,1\n1,2\n";
+  json table;
+  table["model"] = "flat";
+  table["components"] = {3};
+  table["demonstration"] = demonstration();
+  table["demonstration"]["outputs"] = {"y"};
+  table["fit"]["regularisation"] = {1e-12, 1e-12};
+  try {
+    start(table);
+    FAIL() << "it has data for each component";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("is left without data"));
+    EXPECT_THAT(error.what(), HasSubstr("with policy.fit.start = \"kmeans\""));
+  }
 }
 
 TEST_F(DemonstrationSettingsTest, RefusesFilesThatHaveChangedSinceTheyWereResolved) {
@@ -134,7 +175,9 @@ TEST_F(DemonstrationSettingsTest, RefusesWhatCannotBeReadNamingKeyFileLineAndCol
   EXPECT_THAT(with("inputs", {"z"}), HasSubstr(path_ + ":1: has no column \"z\""));
   EXPECT_THAT(with("outputs", {"t"}), HasSubstr("policy.demonstration.outputs"));
   EXPECT_THAT(with("outputs", {"x", "x"}), HasSubstr("policy.demonstration.outputs"));
-  EXPECT_THAT(with("outputs", {"still"}), HasSubstr("column \"still\" of the files does not vary"));
+  EXPECT_THAT(with("inputs", {"still"}), HasSubstr("column \"still\" of the files does not vary"));
+  EXPECT_THAT(with("outputs", {"still"}),
+              HasSubstr("policy.fit.regularisation: output 1 of the demonstration does not vary"));
   EXPECT_THAT(with("samples", 3), HasSubstr("policy.demonstration.samples"));
   write("t,x,still,y\n1,2,3,four\n");
   EXPECT_THAT(error_of(demonstration()), HasSubstr(path_ + ":2: column \"y\" is \"four\""));

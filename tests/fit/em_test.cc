@@ -129,7 +129,7 @@ TEST(EmTest, SpacesItsStartEquallyOverTheFirstInput) {
   EXPECT_THROW(equally_spaced(MatrixXd::Ones(2, 5), 1, 2, 1), FitError);
 }
 
-std::string error_of(const Gmm& start, const MatrixXd& data) {
+std::string refusal_of_fit(const Gmm& start, const MatrixXd& data) {
   try {
     fit_em(start, data, settings(50));
   } catch (const FitError& error) {
@@ -138,15 +138,35 @@ std::string error_of(const Gmm& start, const MatrixXd& data) {
   return "";
 }
 
+TEST(EmTest, AnOffsetOfTheOutputChangesNothingButTheOffset) {
+  const Eigen::Index num_samples = 100;
+  MatrixXd data(2, num_samples);
+  for (Eigen::Index n = 0; n < num_samples; ++n) {
+    const double time = static_cast<double>(n) / 50;
+    data.col(n) = Vector2d(time, std::sin(3 * time));
+  }
+  const Gmm near = fit_em(equally_spaced(data, 1, 4, .7), data, settings(50, 2, 1e-4));
+  for (const double offset : {1e3, -1e6, 1e8}) {
+    MatrixXd far = data;
+    far.row(1).array() += offset;
+    const Gmm fit = fit_em(equally_spaced(far, 1, 4, .7), far, settings(50, 2, 1e-4));
+    for (int k = 0; k < 4; ++k) {
+      EXPECT_LT((fit[k].mean - Vector2d(0, offset) - near[k].mean).norm(), 1e-6) << offset;
+      EXPECT_LT((fit[k].covariance - near[k].covariance).norm(), 1e-6) << offset;
+    }
+  }
+}
+
 TEST(EmTest, SaysSoWhenAComponentCollapses) {
   const MatrixXd unit = MatrixXd::Identity(2, 2);
   test::RandomMixture random(6);
   const MatrixXd cloud = MatrixXd::NullaryExpr(2, 50, [&] { return random.normal(); });
-  EXPECT_THAT(error_of(Gmm(1, {{.5, Vector2d(0, 0), unit}, {.5, Vector2d(1e6, 0), unit}}), cloud),
-              HasSubstr("component 1 of 2 is left without data in iteration 1"));
+  EXPECT_THAT(
+      refusal_of_fit(Gmm(1, {{.5, Vector2d(0, 0), unit}, {.5, Vector2d(1e6, 0), unit}}), cloud),
+      HasSubstr("component 1 of 2 is left without data in iteration 1"));
   // All data on a line, and nothing added to the covariance.
   const MatrixXd line = VectorXd::LinSpaced(50, 0, 1).transpose().replicate(2, 1);
-  EXPECT_THAT(error_of(Gmm(1, {{1, Vector2d(0, 0), unit}}), line),
+  EXPECT_THAT(refusal_of_fit(Gmm(1, {{1, Vector2d(0, 0), unit}}), line),
               HasSubstr("component 0: the covariance must be positive definite"));
 }
 

@@ -78,8 +78,11 @@ TEST(KmeansTest, RefusesDataWithTooFewDifferentObservationsOrNone) {
   data << 1, 2, 1, 2, 3, 4, 3, 4;
   EXPECT_NO_THROW(kmeans(data, 1, 2, 1, kRegularisation));
   EXPECT_THROW(kmeans(data, 1, 3, 1, kRegularisation), FitError);
+  // An output that does not vary needs a variance of its own; an input must vary.
   data.row(1).setConstant(.1);
-  EXPECT_THROW(kmeans(data, 1, 2, 1, kRegularisation), FitError);
+  EXPECT_NO_THROW(kmeans(data, 1, 2, 1, kRegularisation));
+  EXPECT_THROW(kmeans(data, 1, 2, 1, Eigen::Vector2d(1e-3, 0)), FitError);
+  EXPECT_THROW(kmeans(data.colwise().reverse(), 1, 2, 1, kRegularisation), FitError);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-StartPolicy read(const std::string& text, json* resolved_out = nullptr) {
+StartPolicy read_start(const std::string& text, json* resolved_out = nullptr) {
   const json table = json::parse(text);
   json resolved;
   SettingsReader reader(table, "policy", resolved);
@@ -29,9 +29,9 @@ StartPolicy read(const std::string& text, json* resolved_out = nullptr) {
   return policy;
 }
 
-std::string error_of(const std::string& text) {
+std::string refusal_of_start(const std::string& text) {
   try {
-    read(text);
+    read_start(text);
   } catch (const ConfigError& error) {
     return error.what();
   }
@@ -39,7 +39,7 @@ std::string error_of(const std::string& text) {
 }
 
 TEST(StartPolicyTest, GivesTheTreeOfTheSwingUpByDefault) {
-  const StartPolicy policy = read("{}");
+  const StartPolicy policy = read_start("{}");
   EXPECT_EQ(tree_policy(policy).layout(), ThetaLayout::kMeansCholesky);
   EXPECT_EQ(tree_of(policy).frame_kind(), FrameKind::kEigenvector);
   FitSettings settings;
@@ -50,7 +50,7 @@ TEST(StartPolicyTest, GivesTheTreeOfTheSwingUpByDefault) {
 }
 
 TEST(StartPolicyTest, TellsHowWellEachLayerDescribesTheDemonstration) {
-  const StartPolicy policy = read("{}");
+  const StartPolicy policy = read_start("{}");
   ASSERT_EQ(policy.log_likelihoods.size(), 2);
   const Eigen::MatrixXd data = demonstrate({});
   EXPECT_EQ(policy.log_likelihoods[0], mean_log_likelihood(tree_of(policy).layer(1), data));
@@ -59,15 +59,15 @@ TEST(StartPolicyTest, TellsHowWellEachLayerDescribesTheDemonstration) {
 }
 
 TEST(StartPolicyTest, KeepsTheDemonstrationItWasFittedTo) {
-  ASSERT_NE(read("{}").demonstration, nullptr);
-  EXPECT_EQ(*read("{}").demonstration, demonstrate({}));
+  ASSERT_NE(read_start("{}").demonstration, nullptr);
+  EXPECT_EQ(*read_start("{}").demonstration, demonstrate({}));
   const char* given = R"({"start": "components", "model": "flat",
       "layer_1": {"range": [0, 2], "outputs": [0], "deviations": [0.5, 0.3]}})";
-  EXPECT_EQ(read(given).demonstration, nullptr);
+  EXPECT_EQ(read_start(given).demonstration, nullptr);
 }
 
 TEST(StartPolicyTest, ReadsEveryKey) {
-  const StartPolicy policy = read(R"({
+  const StartPolicy policy = read_start(R"({
       "model": "top_down_tree", "components": [1, 2, 4], "layout": "means", "frames": "cholesky",
       "demonstration": {"kind": "cart_acceleration", "duration_s": 2, "samples": 100,
                         "p": [0.1, -0.2, 0.3, 0.05]},
@@ -87,22 +87,22 @@ TEST(StartPolicyTest, ReadsEveryKey) {
   settings.em.regularisation = Eigen::Vector2d(1e-3, 1);
   settings.split.axis = SplitAxis::kPrincipal;
   const TreeModel principal = fit_bottom_up(demonstrate({}), 2, 2, settings);
-  EXPECT_EQ(to_json(*read(R"({"fit": {"split_axis": "principal"}})").policy),
+  EXPECT_EQ(to_json(*read_start(R"({"fit": {"split_axis": "principal"}})").policy),
             to_json(TreePolicy(principal, 1, ThetaLayout::kMeansCholesky)));
 }
 
 TEST(StartPolicyTest, UsesTheLastLayersNumberForAFlatModel) {
-  const StartPolicy policy = read(R"({"model": "flat", "components": [2, 5]})");
+  const StartPolicy policy = read_start(R"({"model": "flat", "components": [2, 5]})");
   EXPECT_EQ(tree_of(policy).num_layers(), 1);
   EXPECT_EQ(tree_of(policy).num_components(1), 5);
 }
 
 TEST(StartPolicyTest, ResolvesToSettingsThatGiveTheSamePolicy) {
   json resolved;
-  const StartPolicy policy = read("{}", &resolved);
+  const StartPolicy policy = read_start("{}", &resolved);
   EXPECT_EQ(resolved["demonstration"]["samples"], 200);
   EXPECT_EQ(resolved["fit"]["iterations"], 500);
-  const StartPolicy again = read(resolved.dump());
+  const StartPolicy again = read_start(resolved.dump());
   EXPECT_EQ(to_json(*again.policy->at_layer(2)), to_json(*policy.policy->at_layer(2)));
 }
 
@@ -142,7 +142,7 @@ TEST(StartPolicyTest, RefusesWhatCannotBeUsedNamingTheKey) {
        "no model can be fitted: iteration"},
   };
   for (const auto& [text, message] : cases) {
-    EXPECT_THAT(error_of(text), HasSubstr(message)) << text;
+    EXPECT_THAT(refusal_of_start(text), HasSubstr(message)) << text;
   }
 }
 

@@ -6,7 +6,13 @@
 
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <iterator>
+#include <set>
+#include <stdexcept>
+
+#include "learner/journal/journal_fold.h"
+#include "learner/journal/journal_origins.h"
 
 namespace treeroll {
 namespace {
@@ -24,6 +30,8 @@ class JournalFileTest : public ::testing::Test {
 
   static constexpr LearningTime kTime{std::chrono::milliseconds(1234)};
 
+  const KnownWorker kWorker{77, "x86_64 glibc 2.36", "host"};
+
   static AcceptedResult result(int number) {
     return {{1, number}, 1000 + number, Outcome::ok(number / 8.), 77};
   }
@@ -33,7 +41,7 @@ class JournalFileTest : public ::testing::Test {
     {
       JournalWriter writer(path());
       writer.continue_after({});
-      writer.append(JournalStart{}, 5);
+      writer.append(JournalStart{.program = "0.2.0"}, 5);
       for (int number = 0; number < num_results; ++number) writer.append(result(number), 6);
       writer.append(kTime, 7);
       if (sealed) writer.append(JournalSeal{}, 7);
@@ -59,6 +67,59 @@ class JournalFileTest : public ::testing::Test {
   std::vector<JournalRecord> records_;
 };
 
+TEST_F(JournalFileTest, EveryKindOfRecordComesBack) {
+  AcceptedResult timed = result(2);
+  timed.duration_ns = 123'456'789;
+  AcceptedResult failed = result(3);
+  failed.outcome = {0, RolloutStatus::kDiverged, "NaN"};
+  AcceptedResult failed_and_timed = failed;
+  failed_and_timed.duration_ns = 5;
+  const std::vector<JournalRecord> records = {
+      JournalStart{.study_id = content_hash("a"), .learner_id = 3},
+      JournalExtension{content_hash("a"), content_hash("b"), 2, 5},
+      KnownWorker{.worker_id = 77, .numeric_class = "x86_64 fma", .host = "h\xc3\xb6st", .pid = 12},
+      KnownWorker{.worker_id = 78, .numeric_class = "", .host = "", .pid = 13},
+      result(1),  // as an earlier version wrote it
+      timed,
+      failed,
+      failed_and_timed,
+      kTime,
+      JournalSeal{}};
+  {
+    JournalWriter writer(path());
+    writer.continue_after({});
+    for (const JournalRecord& record : records) writer.append(record, 1);
+    writer.flush();
+  }
+  const Result<JournalTail> tail = read();
+  ASSERT_TRUE(tail) << tail.error().message;
+  EXPECT_EQ(records_, records);
+  std::size_t bytes = 0;
+  for (const JournalRecord& record : records) bytes += framed_size(record);
+  EXPECT_EQ(bytes, tail->intact_bytes);
+}
+
+TEST_F(JournalFileTest, LongNamesOfAWorkerAreCutAndFit) {
+  std::uint64_t check = 0;
+  const std::string bytes = frame(KnownWorker{.worker_id = 1,
+                                              .numeric_class = std::string(5000, 'c'),
+                                              .host = std::string(5000, 'h'),
+                                              .pid = 2},
+                                  0, 0, 0, check);
+  EXPECT_LE(bytes.size(), kJournalRecordBytesMax);
+  const Result<FramedRecord> framed = unframe(bytes);
+  ASSERT_TRUE(framed) << framed.error().message;
+  EXPECT_EQ(std::get<KnownWorker>(framed->record).numeric_class, std::string(128, 'c'));
+}
+
+TEST_F(JournalFileTest, AnExtensionToFewerRepetitionsIsNoRecord) {
+  std::uint64_t check = 0;
+  const std::string bytes = frame(JournalExtension{{}, {}, 3, 2}, 0, 0, 0, check);
+  const Result<FramedRecord> framed = unframe(bytes);
+  ASSERT_FALSE(framed);
+  EXPECT_EQ(framed.error().message, "an extension from 3 repetitions to 2");
+}
+
 TEST_F(JournalFileTest, GivesBackWhatWasWritten) {
   write(3, true);
   const Result<JournalTail> tail = read();
@@ -67,7 +128,7 @@ TEST_F(JournalFileTest, GivesBackWhatWasWritten) {
   EXPECT_EQ(tail->torn_bytes, 0U);
   ASSERT_EQ(records_.size(), 6U);
   EXPECT_EQ(records_[4], JournalRecord(kTime));
-  EXPECT_EQ(records_[0], JournalRecord(JournalStart{}));
+  EXPECT_EQ(records_[0], JournalRecord(JournalStart{.program = "0.2.0"}));
   for (int number = 0; number < 3; ++number) {
     EXPECT_EQ(records_[number + 1], JournalRecord(result(number)));
   }
@@ -75,8 +136,10 @@ TEST_F(JournalFileTest, GivesBackWhatWasWritten) {
 
 TEST_F(JournalFileTest, TheSizeOfARecordIsThatOfItsEvent) {
   std::uint64_t check = 0;
-  for (const JournalRecord& record : {JournalRecord(JournalStart{}), JournalRecord(result(1)),
-                                      JournalRecord(kTime), JournalRecord(JournalSeal{})}) {
+  for (const JournalRecord& record :
+       {JournalRecord(JournalStart{}), JournalRecord(JournalStart{.program = "0.2.0"}),
+        JournalRecord(result(1)), JournalRecord(kTime), JournalRecord(kWorker),
+        JournalRecord(JournalSeal{})}) {
     EXPECT_EQ(framed_size(record), frame(record, 0, 0, 0, check).size());
   }
 }
@@ -135,8 +198,8 @@ TEST_F(JournalFileTest, RecordsTakenOutOrMovedAreDetected) {
 }
 
 TEST_F(JournalFileTest, WhatIsNoJournalIsNoTornTail) {
-  const std::string whole = write(0, false);
-  const std::size_t start = unframe(whole)->size;
+  const std::size_t start =
+      framed_size(JournalStart{.program = std::string(kProgramBytesMax, 'x')});
   replace(std::string(start, '\0'));  // a crash can leave as much of the first record
   EXPECT_TRUE(read());
   for (const std::string& bytes : {std::string(start + 1, '\0'), std::string(100'000, 'x')}) {
@@ -145,6 +208,50 @@ TEST_F(JournalFileTest, WhatIsNoJournalIsNoTornTail) {
     ASSERT_FALSE(tail);
     EXPECT_THAT(tail.error().message, HasSubstr("is no journal: not one record is in its"));
   }
+}
+
+TEST_F(JournalFileTest, AJournalOfTheFirstFormIsReadAndGoesOnInThisOne) {
+  const std::vector<JournalRecord> records{JournalStart{.learner_id = 3, .format = 1}, result(0),
+                                           JournalStart{.learner_id = 4, .program = "0.2.0"},
+                                           kWorker, result(1)};
+  JournalWriter writer(path());
+  for (const JournalRecord& record : records) writer.append(record, 1);
+  writer.sync();
+  ASSERT_TRUE(read());
+  EXPECT_EQ(records_, records);
+  // As 0.1.0 wrote a start: 28 bytes behind its kind.
+  EXPECT_EQ(framed_size(records[0]), 28U + 16 + 1 + 28 + 16);
+  JournalOrigins origins;
+  for (const JournalRecord& record : records_) origins.add(record);
+  EXPECT_EQ(origins.programs(), (std::set<std::string>{"0.1.0", "0.2.0"}));
+  EXPECT_EQ(class_list(origins.results_by_class()), "not known (1), x86_64 glibc 2.36 (1)");
+}
+
+TEST_F(JournalFileTest, ALaterFormIsNamedWithItsProgramAndIsNoDamage) {
+  write(2, false);
+  const Result<JournalTail> tail = read();
+  ASSERT_TRUE(tail);
+  JournalWriter writer(path());
+  writer.continue_after(*tail);
+  writer.append(JournalStart{.format = 9, .program = "7.1"}, 8);
+  writer.sync();
+  const auto error_of = [](const auto& act) -> std::string {
+    try {
+      act();
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  const std::string expected =
+      path().string() + ": record 4 at byte " + std::to_string(tail->intact_bytes) +
+      ": from here on it is written in form 9 by treeroll 7.1, and this program reads forms up to "
+      "2: take that version";
+  EXPECT_EQ(error_of([this] { (void)read(); }), expected);
+  // Salvage would cut off what is whole.
+  const auto size = fs::file_size(path());
+  EXPECT_EQ(error_of([this] { (void)salvage_journal(path()); }), expected);
+  EXPECT_EQ(fs::file_size(path()), size);
 }
 
 TEST_F(JournalFileTest, BeginsWithAStartAndGoesOnWithOneBehindASeal) {
@@ -186,6 +293,73 @@ TEST_F(JournalFileTest, AFailedWriteIsAnErrorWithItsReason) {
     FAIL() << "the write was taken for done";
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), HasSubstr("/dev/full: cannot write the journal: No space left"));
+  }
+}
+
+/// What another process may do to a journal while a learner writes it, and what is said of it.
+struct Touch {
+  const char* what;
+  std::function<void(const fs::path&)> act;
+  const char* says;
+};
+
+class TouchedJournalTest : public JournalFileTest, public ::testing::WithParamInterface<Touch> {};
+
+TEST_P(TouchedJournalTest, IsNoticedAtTheNextSyncAndNothingMoreIsWritten) {
+  JournalWriter writer(path());
+  writer.continue_after({});
+  writer.append(JournalStart{}, 5);
+  writer.append(result(0), 6);
+  writer.sync();
+  GetParam().act(path());
+  const bool is_there = fs::exists(path());
+  const std::uintmax_t size = is_there ? fs::file_size(path()) : 0;
+  writer.append(result(1), 7);
+  try {
+    writer.sync();
+    FAIL() << "it is not noticed";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("journal.lcmlog: another process has "));
+    EXPECT_THAT(error.what(), HasSubstr(GetParam().says));
+  }
+  EXPECT_EQ(fs::exists(path()), is_there);
+  EXPECT_EQ(is_there ? fs::file_size(path()) : 0, size);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Ways, TouchedJournalTest,
+    ::testing::Values(
+        Touch{"cut", [](const fs::path& path) { fs::resize_file(path, 50); },
+              "cut the journal: it has 50 bytes, must have"},
+        Touch{"written", [](const fs::path& path) { std::ofstream(path, std::ios::app) << "more"; },
+              "written to the journal"},
+        Touch{"deleted", [](const fs::path& path) { fs::remove(path); }, "deleted the journal"},
+        Touch{"moved", [](const fs::path& path) { fs::rename(path, path.string() + ".old"); },
+              "moved the journal to another name"},
+        Touch{"replaced",
+              [](const fs::path& path) {
+                fs::copy_file(path, path.string() + ".copy");
+                fs::rename(path, path.string() + ".old");
+                fs::rename(path.string() + ".copy", path);
+              },
+              "put another file in the journal's place"}),
+    [](const auto& test) { return test.param.what; });
+
+TEST_F(JournalFileTest, ATailOfZerosIsToldFromOtherTails) {
+  const std::string bytes = write(3, false);
+  for (const std::size_t num_zeros : {1U, 60U, 65'535U, 65'536U, 300'000U}) {
+    replace(bytes + std::string(num_zeros, '\0'));
+    const Result<JournalTail> tail = read();
+    ASSERT_TRUE(tail);
+    EXPECT_EQ(tail->torn_bytes, num_zeros);
+    EXPECT_TRUE(tail->torn_bytes_are_zero);
+    replace(bytes + std::string(num_zeros, '\0') + "x");
+    EXPECT_FALSE(read()->torn_bytes_are_zero);
+    // Behind them a whole record: that is damage, wherever it stands to the blocks that are read.
+    replace(bytes + std::string(num_zeros, '\0') + bytes);
+    ASSERT_FALSE(read());
+    EXPECT_THAT(read().error().message, HasSubstr("a valid record follows at byte " +
+                                                  std::to_string(bytes.size() + num_zeros)));
   }
 }
 

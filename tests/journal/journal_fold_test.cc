@@ -31,7 +31,7 @@ class JournalFoldTest : public testing::Test {
     const Study study = load_study(folder_ / "study.toml", {}).study;
     learner::LearnerCore core(study, learner::LearnerSettings{});
     try {
-      fold_journal(journal, ContentHash{}, TimePoint{}, core);
+      fold_journal(journal, {.id = {}, .repetitions = study.repetitions}, TimePoint{}, core);
     } catch (const std::runtime_error& error) {
       return error.what();
     }

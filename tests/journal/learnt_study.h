@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -103,9 +104,10 @@ inline void learn(RunUnderWay& learning, std::size_t results, const Arrival& arr
     const explore::Draw draw = learning.asked[place];
     learning.asked.erase(learning.asked.begin() + static_cast<std::ptrdiff_t>(place));
     // Rewards fall as the run goes on, so that layers converge.
-    const double reward = .5 / (draw.rollout + 2) * std::exp(-draw.theta.squaredNorm());
+    const double reward =
+        .5 / (std::max(draw.rollout, -1) + 2) * std::exp(-draw.theta.squaredNorm());
     const int applied = run.accept(draw.rollout, Outcome::ok(reward), 0);
-    ++learning.num_told;
+    if (draw.rollout >= 0) ++learning.num_told;
     AcceptedResult result;
     result.key = {.run = run.index(), .number = draw.rollout};
     result.outcome = Outcome::ok(reward);
@@ -130,7 +132,7 @@ inline LearntStudy learn_into(const std::filesystem::path& directory, const std:
   std::ofstream(directory / "study.toml") << text;
   const Study study = load_study(directory / "study.toml", {}).study;
   JournalWriter journal(directory / "journal.lcmlog");
-  journal.append(JournalStart{}, 0);
+  journal.append(JournalStart{.study_id = content_hash(text)}, 0);
   std::mt19937 order(arrival.seed.value_or(0));
   std::vector<RunUnderWay> learning;
   for (int index = 0; index < study.num_runs(); ++index)
@@ -156,6 +158,7 @@ inline LearntStudy learn_into(const std::filesystem::path& directory, const std:
     learnt.noise[record.condition].push_back(run.noise);
     learnt.num_switches += static_cast<int>(record.switches.size());
   }
+  journal.append(JournalSeal{}, 0);
   journal.flush();
   write_runs_csv(directory / "runs.csv", learnt.runs);
   write_rollouts_csv(directory / "rollouts.csv", learnt.runs);

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,13 +49,16 @@ inline Study small_study(int num_rollouts, int repetitions, int in_flight = 1) {
 /// a delay, some lost.
 class Cluster {
  public:
-  explicit Cluster(Study study, bool knows_task = true) {
+  explicit Cluster(Study study, bool knows_task = true, bool repeatable = true) {
     LearnerSettings settings;
     settings.learner_id = kLearner;
     settings.batch_bytes_max = 60000;
+    settings.host = "here";
+    settings.pid = 4321;
     if (knows_task) {
       settings.known_tasks[study.conditions[0].task_content] =
-          TaskDescription{1, 1, 0, 1, 10, true};
+          TaskDescription{1, 1, 0, 1, 10, true, repeatable};
+      description = to_json(settings.known_tasks.begin()->second).dump();
     }
     core = std::make_unique<LearnerCore>(std::move(study), settings);
   }
@@ -63,6 +67,7 @@ class Cluster {
 
   FakeWorker& add_worker(protocol::WorkerId id, Duration duration = std::chrono::milliseconds(10)) {
     workers.emplace_back(std::make_unique<FakeWorker>(id, duration));
+    workers.back()->description = description;
     next_heartbeat.push_back(now);
     return *workers.back();
   }
@@ -101,8 +106,10 @@ class Cluster {
   std::unique_ptr<LearnerCore> core;
   std::vector<std::unique_ptr<FakeWorker>> workers;
   TimePoint now{};
-  double loss = 0;  ///< of each message to each receiver
+  double loss = 0;                         ///< of each message to each receiver
+  std::string description = kDescription;  ///< by the workers, of every task
   std::vector<LogLine> log;
+  std::vector<KnownWorker> notes;
   std::vector<protocol::Message> sent;  ///< by the learner
   std::vector<AcceptedResult> journal;
   std::map<std::size_t, LearningTime> times;  ///< by how many results the journal held by then
@@ -157,6 +164,7 @@ class Cluster {
     for (const Effect& effect : effects) {
       if (const auto* time = std::get_if<AppendTime>(&effect)) times[journal.size()] = time->time;
       if (const auto* line = std::get_if<LogLine>(&effect)) log.push_back(*line);
+      if (const auto* note = std::get_if<AppendWorker>(&effect)) notes.push_back(note->worker);
     }
     for (const protocol::Message& message : messages_in(effects)) {
       sent.push_back(message);

@@ -7,19 +7,20 @@
 #include "common/protocol/limits.h"
 #include "common/protocol/wire_sizes.h"
 #include "learner/core/batching.h"
+#include "tests/learner_core/moment.h"
 
 namespace treeroll::learner {
 namespace {
 
 using std::chrono::milliseconds;
 
-TimePoint at(int ms) { return TimePoint(milliseconds(ms)); }
-
 WorkerEntry& add_worker(WorkerTable& workers, protocol::WorkerId id, int evaluators) {
   WorkerEntry& worker = *workers.hear(id, at(0));
   worker.num_evaluators = evaluators;
   worker.free_slots = 64 * evaluators;
   worker.receive_buffer_bytes = 4 << 20;
+  worker.hearing.note_word(at(0), 1);
+  worker.hearing.note_echo(1);
   return worker;
 }
 
@@ -87,6 +88,42 @@ TEST(DispatchTest, ReturnsAReissuedRolloutToItsWorkerWhileThatIsAlive) {
     ASSERT_EQ(chosen.size(), 1U);
     EXPECT_EQ(chosen[0].worker, alive ? 2 : 1);
   }
+}
+
+TEST(DispatchTest, GivesNothingToAWorkerThatIsHeardAndHasNotAnswered) {
+  Ledger ledger = with_draws(3);
+  WorkerTable workers;
+  add_worker(workers, 1, 8).hearing = {};
+  EXPECT_TRUE(assign(ledger, workers, {at(0), 1, &kTasks}).empty());
+  add_worker(workers, 2, 1);
+  for (const auto& each : assign(ledger, workers, {at(0), 1, &kTasks})) EXPECT_EQ(each.worker, 2);
+}
+
+TEST(DispatchTest, PrefersOthersOnceAWorkerHasLostTwoLeases) {
+  for (const int num_lost : {1, 2}) {
+    Ledger ledger = with_draws(1);
+    WorkerTable workers;
+    WorkerEntry& doubtful = add_worker(workers, 1, 4);
+    add_worker(workers, 2, 1);
+    ledger.lease(at(0), {{0, 1, at(50)}});
+    for (int i = 0; i < num_lost; ++i) doubtful.hearing.note_lost(at(i), at(i));
+    ledger.expire(at(50));
+    const auto chosen = assign(ledger, workers, {at(51), 1, &kTasks});
+    ASSERT_EQ(chosen.size(), 1U);
+    EXPECT_EQ(chosen[0].worker, num_lost == 1 ? 1 : 2);
+  }
+}
+
+TEST(DispatchTest, PrefersOthersToAWorkerThatIsLate) {
+  Ledger ledger = with_draws(3);
+  WorkerTable workers;
+  add_worker(workers, 1, 4).late = true;
+  add_worker(workers, 2, 1);
+  const auto chosen = assign(ledger, workers, {at(0), 1, &kTasks});
+  ASSERT_EQ(chosen.size(), 3U);
+  EXPECT_EQ(chosen[0].worker, 2);
+  EXPECT_EQ(chosen[1].worker, 2);
+  EXPECT_EQ(chosen[2].worker, 1) << "the other one has no more room";
 }
 
 TEST(DispatchTest, GivesNothingToAWorkerThatHasFallenSilent) {

@@ -56,7 +56,7 @@ TEST(EnduranceTest, MemoryIsFlatAfterWarmUpAndQueuesAreBounded) {
   EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
   EXPECT_EQ(cluster.core->counters().applied, total);
   EXPECT_GT(cluster.core->counters().reissued, 0);
-  EXPECT_LE(most_open, std::size_t{kRepetitions} * kInFlight);
+  EXPECT_LE(most_open, std::size_t{kRepetitions} * (kInFlight + 1)) << "with the starts";
   EXPECT_GT(warm_bytes, 0U);
   EXPECT_LE(most_bytes, warm_bytes + kSlackBytes);
   EXPECT_LE(warm_bytes, empty_bytes + total * sizeof(RolloutRecord) + 4 * kSlackBytes);

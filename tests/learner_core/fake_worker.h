@@ -33,7 +33,7 @@ class FakeWorker {
   protocol::WorkerStatus status(protocol::LearnerId learner) const {
     protocol::WorkerStatus status;
     status.worker_id = id_;
-    status.host = "host";
+    status.host = host;
     status.pid = static_cast<std::int32_t>(id_);
     status.numeric_class = numeric_class;
     status.num_evaluators = 1;
@@ -47,15 +47,17 @@ class FakeWorker {
   /// @return what it answers at once: requests for definitions, reports
   std::vector<protocol::Message> receive(const protocol::Message& message, TimePoint now) {
     std::vector<protocol::Message> replies;
-    if (const auto* task = std::get_if<protocol::TaskDefinition>(&message)) {
-      known_.insert(task->task_id);
-      replies.emplace_back(protocol::DefinitionReport{id_, task->learner_id, task->task_id,
+    if (const auto* piece = std::get_if<protocol::DefinitionPiece>(&message)) {
+      // Those of the tests are one piece each.
+      known_.insert(piece->name);
+      if (piece->name.kind != protocol::DefinitionKind::kTask) return replies;
+      replies.emplace_back(protocol::DefinitionReport{id_, piece->learner_id, piece->name.id,
                                                       refusal.empty(),
-                                                      refusal.empty() ? kDescription : refusal});
-    } else if (const auto* policy = std::get_if<protocol::PolicyDefinition>(&message)) {
-      known_.insert(policy->policy_id);
+                                                      refusal.empty() ? description : refusal});
     } else if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
+      const bool is_first = last_batch_ == 0;
       last_batch_ = std::max(last_batch_, batch->sequence);
+      if (is_first) replies.emplace_back(status(batch->learner_id));
       for (const protocol::Acknowledgement& ack : batch->acknowledgements) {
         if (ack.worker_id != id_) continue;
         while (!unacknowledged_.empty() && first_index_ <= ack.result_index) {
@@ -63,19 +65,22 @@ class FakeWorker {
           ++first_index_;
         }
       }
-      protocol::DefinitionRequest missing{id_, batch->learner_id, {}, {}};
+      protocol::DefinitionRequest missing{id_, batch->learner_id, {}};
       for (const protocol::RolloutRequest& request : batch->rollouts) {
         if (request.worker_id != id_ || draining) continue;
         ++num_requests;
-        if (!known_.contains(request.task_id)) missing.task_ids.push_back(request.task_id);
-        if (!known_.contains(request.policy_id)) missing.policy_ids.push_back(request.policy_id);
+        for (const protocol::DefinitionName& name :
+             {protocol::DefinitionName{protocol::DefinitionKind::kTask, request.task_id},
+              protocol::DefinitionName{protocol::DefinitionKind::kPolicy, request.policy_id}}) {
+          if (!known_.contains(name)) missing.definitions.push_back({name, {}});
+        }
         const bool is_new = std::none_of(held_.begin(), held_.end(),
                                          [&](const auto& held) { return held.key == request.key; });
         if (!is_new) continue;
         if (held_.empty()) busy_until_ = now + duration_;
         held_.push_back(request);
       }
-      if (!missing.task_ids.empty() || !missing.policy_ids.empty()) replies.emplace_back(missing);
+      if (!missing.definitions.empty()) replies.emplace_back(missing);
     }
     return replies;
   }
@@ -89,9 +94,8 @@ class FakeWorker {
     held_.pop_front();
     busy_until_ = now + duration_;
     ++num_evaluated;
-    unacknowledged_.push_back({request.key, request.attempt, request.content,
-                               bump(request.theta) * reward_factor, result_status,
-                               duration_.count()});
+    unacknowledged_.push_back(
+        {request.key, request.attempt, request.content, outcome(request), duration_.count()});
     protocol::RewardBatch batch;
     batch.worker_id = id_;
     batch.learner_id = learner;
@@ -104,15 +108,26 @@ class FakeWorker {
     return batch;
   }
 
-  std::string refusal;  ///< of every task, if not empty
+  std::string description = kDescription;  ///< of every task
+  std::string refusal;                     ///< of every task, if not empty
+  std::string host = "host";
   std::string numeric_class = "class";
   double reward_factor = 1;
   RolloutStatus result_status = RolloutStatus::kOk;
+  std::string reason;
+  int discards_one_in = 0;  ///< of so many trials, by their seed; 0: none
   bool draining = false;
   int num_requests = 0;
   int num_evaluated = 0;
 
  private:
+  Outcome outcome(const protocol::RolloutRequest& request) const {
+    const auto seed = static_cast<std::uint64_t>(request.task_seed);
+    if (discards_one_in > 0 && seed % static_cast<std::uint64_t>(discards_one_in) == 0) {
+      return Outcome::discarded("void");
+    }
+    return {bump(request.theta) * reward_factor, result_status, reason};
+  }
   std::int64_t last_index() const {
     return first_index_ + static_cast<std::int64_t>(unacknowledged_.size()) - 1;
   }
@@ -124,7 +139,7 @@ class FakeWorker {
 
   protocol::WorkerId id_;
   Duration duration_;
-  std::set<ContentHash> known_;
+  std::set<protocol::DefinitionName> known_;
   std::deque<protocol::RolloutRequest> held_;
   std::deque<protocol::RolloutResult> unacknowledged_;
   std::int64_t first_index_ = 1;

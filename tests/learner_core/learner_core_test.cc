@@ -79,10 +79,11 @@ TEST(LearnerCoreTest, ARunThatStopsEarlyIsDoneWithWhatWasDrawn) {
       EXPECT_TRUE(run.final_reward.has_value());
       ASSERT_LT(run.rollouts.size(), 400U);
       applied += static_cast<std::int64_t>(run.rollouts.size());
-      // The first to reach the target is followed by at most the three that were in flight.
+      // The first to reach the target is followed by at most the three that were in flight; by
+      // arrival, by those too that were drawn while its answer was lost.
       std::size_t first = 0;
       while (run.rollouts[first].reward < .8) ++first;
-      EXPECT_LE(run.rollouts.size() - first, in_sequence ? 4U : 7U);
+      EXPECT_LE(run.rollouts.size() - first, in_sequence ? 4U : 12U);
       for (const RolloutRecord& rollout : run.rollouts) EXPECT_EQ(rollout.layer, 1);
     }
     EXPECT_EQ(counters.applied, applied);
@@ -144,20 +145,20 @@ TEST(LearnerCoreTest, TakesInAWorkerThatJoinsLateAndCarriesOnWhenOneLeaves) {
     EXPECT_GT(worker.num_accepted, 100);
     sum += worker.num_accepted;
   }
-  EXPECT_EQ(sum, 800 + 4);  // the evaluations too
+  EXPECT_EQ(sum, 800 + 2 * 4);  // the evaluations too
 }
 
 TEST(LearnerCoreTest, CountsADuplicateOnceAndAConflictOnlyWithinANumericClass) {
   Cluster cluster(small_study(10, 1));
   cluster.add_worker(1);
   cluster.start();
-  cluster.run(milliseconds(25));
+  cluster.run(milliseconds(35));
   ASSERT_EQ(cluster.core->counters().applied, 2);
   protocol::RewardBatch again;
   again.learner_id = Cluster::kLearner;
   again.worker_id = 9;
   again.first_index = 1;
-  again.results = {{{0, 0}, 0, 0, .123, RolloutStatus::kOk, 1}};
+  again.results = {{{0, 0}, 0, 0, Outcome::ok(.123), 1}};
   cluster.give(again);
   EXPECT_EQ(cluster.core->counters().duplicate, 1);
   EXPECT_EQ(cluster.core->counters().conflicting, 0);  // its class is not known yet
@@ -184,10 +185,10 @@ TEST(LearnerCoreTest, RejectsAnswersToOlderQuestionsAndUnknownRollouts) {
   batch.worker_id = 9;
   batch.first_index = 1;
   batch.last_batch = 1000;
-  batch.results = {{{0, 0}, 0, /*content=*/1, .5, RolloutStatus::kOk, 1},
-                   {{0, 7}, 0, 0, .5, RolloutStatus::kOk, 1},
-                   {{5, 0}, 0, 0, .5, RolloutStatus::kOk, 1},
-                   {{-1, 0}, 0, 0, .5, RolloutStatus::kOk, 1}};
+  batch.results = {{{0, 0}, 0, /*content=*/1, Outcome::ok(.5), 1},
+                   {{0, 7}, 0, 0, Outcome::ok(.5), 1},
+                   {{5, 0}, 0, 0, Outcome::ok(.5), 1},
+                   {{-1, 0}, 0, 0, Outcome::ok(.5), 1}};
   cluster.give(batch);
   EXPECT_EQ(cluster.core->counters().rejected, 4);
   EXPECT_EQ(cluster.core->counters().applied, 0);
@@ -199,7 +200,7 @@ TEST(LearnerCoreTest, IgnoresAnswersToAnotherIncarnation) {
   cluster.start();
   cluster.run(milliseconds(5));
   ASSERT_TRUE(worker.has_work());
-  cluster.give(worker.finish(Cluster::kLearner + 1, cluster.now));
+  while (worker.has_work()) cluster.give(worker.finish(Cluster::kLearner + 1, cluster.now));
   EXPECT_EQ(cluster.core->counters().applied, 0);
   cluster.run(seconds(100));
   EXPECT_EQ(cluster.core->counters().applied, 10);  // issued again
@@ -240,7 +241,7 @@ TEST(LearnerCoreTest, WaitsForADescriptionBeforeTheFirstRollout) {
   cluster.run(seconds(100), [&] {
     bool described = false;
     for (const protocol::Message& message : cluster.sent) {
-      described = described || std::holds_alternative<protocol::TaskDefinition>(message);
+      described = described || std::holds_alternative<protocol::DefinitionPiece>(message);
       if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
         ASSERT_TRUE(described || batch->rollouts.empty());
       }
@@ -278,8 +279,10 @@ TEST(LearnerCoreTest, SaysWhyNothingMoves) {
     Cluster cluster(small_study(10, 1));
     cluster.add_worker(1, seconds(1000));
     cluster.start();
-    cluster.run(seconds(8));
-    EXPECT_THAT(last_waiting(cluster), HasSubstr("1 roll-outs are with 1 workers"));
+    cluster.run(seconds(9));
+    EXPECT_EQ(last_waiting(cluster), "") << "by its time limit it may take 10 s";
+    cluster.run(seconds(6));
+    EXPECT_THAT(last_waiting(cluster), HasSubstr("2 roll-outs are with 1 workers"));
   }
 }
 
@@ -292,7 +295,7 @@ TEST(LearnerCoreTest, IssuesARolloutAgainWhenItsWorkerFallsSilent) {
   cluster.add_worker(2);
   cluster.run(seconds(100));
   ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
-  EXPECT_EQ(cluster.core->counters().reissued, 1);
+  EXPECT_EQ(cluster.core->counters().reissued, 2) << "with the start's evaluation";
   EXPECT_THAT(cluster.log, Contains(Field(&LogLine::text, HasSubstr("has left"))));
 }
 
@@ -303,7 +306,7 @@ TEST(LearnerCoreTest, KeepsALeaseWhileItsWorkerSaysItHoldsTheRollout) {
   cluster.run(seconds(1000));
   ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
   EXPECT_EQ(cluster.core->counters().reissued, 0);
-  EXPECT_EQ(cluster.workers[0]->num_requests, 4);
+  EXPECT_EQ(cluster.workers[0]->num_requests, 5);
 }
 
 TEST(LearnerCoreTest, AcknowledgesTheLastAnswerOfAStudyToo) {
@@ -315,7 +318,7 @@ TEST(LearnerCoreTest, AcknowledgesTheLastAnswerOfAStudyToo) {
   ASSERT_NE(last, nullptr);
   EXPECT_TRUE(last->rollouts.empty());
   ASSERT_EQ(last->acknowledgements.size(), 1U);
-  EXPECT_EQ(last->acknowledgements[0].result_index, 8);  // 7 roll-outs and the evaluation
+  EXPECT_EQ(last->acknowledgements[0].result_index, 9);  // 7 roll-outs and two evaluations
 }
 
 TEST(LearnerCoreTest, ResumesFromAnyPlaceOfItsJournalToTheSameRewards) {
@@ -328,7 +331,7 @@ TEST(LearnerCoreTest, ResumesFromAnyPlaceOfItsJournalToTheSameRewards) {
     whole.start();
     whole.run(seconds(100));
     ASSERT_EQ(whole.core->outcome(), LearnerCore::Outcome::kDone);
-    ASSERT_EQ(whole.journal.size(), 62U);
+    ASSERT_EQ(whole.journal.size(), 64U);
     for (std::size_t kept = 0; kept <= whole.journal.size(); ++kept) {
       Cluster resumed(study);
       resumed.add_worker(3);
@@ -338,7 +341,7 @@ TEST(LearnerCoreTest, ResumesFromAnyPlaceOfItsJournalToTheSameRewards) {
       resumed.run(seconds(100));
       ASSERT_EQ(resumed.core->outcome(), LearnerCore::Outcome::kDone);
       EXPECT_EQ(resumed.core->counters().applied, 60);
-      EXPECT_EQ(resumed.journal.size(), 62 - kept);
+      EXPECT_EQ(resumed.journal.size(), 64 - kept);
       if (!in_sequence) continue;
       EXPECT_EQ(rewards_of(*resumed.core), rewards_of(*whole.core)) << kept;
     }
@@ -370,7 +373,7 @@ TEST(LearnerCoreTest, StopsOnceWhatIsUnderWayIsInAndNoLaterThanItsGrace) {
   EXPECT_EQ(prompt.core->outcome(), LearnerCore::Outcome::kStopped);
   EXPECT_EQ(prompt.workers[0]->num_requests, requests);
   EXPECT_FALSE(prompt.workers[0]->has_work());
-  EXPECT_EQ(prompt.core->counters().applied, requests);
+  EXPECT_EQ(prompt.core->counters().applied, requests - 2) << "two starts are evaluated";
 
   Cluster stuck(small_study(100, 2));
   stuck.add_worker(1, seconds(1000));
@@ -398,8 +401,9 @@ TEST(LearnerCoreTest, AcknowledgesARepetitionThoughAnOlderBatchCameBeforeTheDisk
   };
   core.step(TimePoint{}, Started{}, effects);
   give(worker.status(Cluster::kLearner));
-  for (const protocol::Message& message : messages_in(effects)) {
-    worker.receive(message, TimePoint{});
+  for (std::size_t place = 0; place < messages_in(effects).size(); ++place) {
+    const protocol::Message message = messages_in(effects)[place];
+    for (const protocol::Message& reply : worker.receive(message, TimePoint{})) give(reply);
   }
   const protocol::RewardBatch one = worker.finish(Cluster::kLearner, TimePoint{});
   const protocol::RewardBatch both = worker.finish(Cluster::kLearner, TimePoint{});
@@ -419,13 +423,15 @@ TEST(LearnerCoreTest, AcknowledgesARepetitionThoughAnOlderBatchCameBeforeTheDisk
 
 TEST(LearnerCoreTest, PublishesADefinitionAgainForAWorkerThatLacksIt) {
   Cluster cluster(small_study(20, 1));
-  cluster.start();  // both definitions go out before any worker is there
+  cluster.start();
+  cluster.run(milliseconds(10));  // both definitions go out before any worker is there
   cluster.add_worker(1);
   cluster.run(seconds(100));
   ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
   int policies = 0;
   for (const protocol::Message& message : cluster.sent) {
-    policies += std::holds_alternative<protocol::PolicyDefinition>(message);
+    const auto* piece = std::get_if<protocol::DefinitionPiece>(&message);
+    policies += piece && piece->name.kind == protocol::DefinitionKind::kPolicy;
   }
   EXPECT_EQ(policies, 2);
 }

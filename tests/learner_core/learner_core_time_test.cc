@@ -128,10 +128,11 @@ TEST(LearnerCoreTimeTest,
 TEST(LearnerCoreTimeTest, ResultsThatAreHeldWhenTheTimeIsUpAreToldOnceTheLowerOnesAreIn) {
   Study study = small_study(1000, 1, 4);
   study.stop_after = kTime;
-  Cluster cluster(study);
-  cluster.add_worker(1, seconds(60));  // has the first
+  Cluster cluster(study, /*knows_task=*/true, /*repeatable=*/false);
+  cluster.add_worker(1, seconds(60));  // has the start and the first
   cluster.start();
-  cluster.run(milliseconds(10));
+  cluster.run(milliseconds(20));
+  ASSERT_EQ(cluster.workers[0]->num_requests, 2) << "the start and the first roll-out";
   cluster.workers[0]->draining = true;  // and takes no other
   cluster.run(milliseconds(200));
   cluster.add_worker(2);

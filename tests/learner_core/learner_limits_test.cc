@@ -43,20 +43,21 @@ TEST(LearnerLimitsTest, AWorkerTooManyIsRefusedSaidOnceAndServedWhenOneHasLeft) 
   cluster.run(seconds(100));  // the others have fallen silent
   EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
   EXPECT_EQ(lines_with(cluster, "is refused"), 1);
-  EXPECT_EQ(late.num_evaluated, 11);
+  EXPECT_EQ(late.num_evaluated, 12);
 }
 
 /// What malloc has given out in this process.
-std::size_t heap_bytes() { return mallinfo2().uordblks + mallinfo2().hblkhd; }
+std::size_t bytes_in_use() { return mallinfo2().uordblks + mallinfo2().hblkhd; }
 
 TEST(LearnerLimitsTest, SendersThatMakeUpWorkersClassesAndReasonsDoNotMakeItGrow) {
-  if (heap_bytes() == 0) GTEST_SKIP() << "this allocator does not count: a sanitizer's";
+  if (bytes_in_use() == 0) GTEST_SKIP() << "this allocator does not count: a sanitizer's";
   Cluster cluster(small_study(20, 1));
-  const FakeWorker& sound = cluster.add_worker(1);
+  cluster.add_worker(1);
   cluster.start();
   cluster.run(milliseconds(35));
   const RunRecord run = cluster.core->run_records()[0];
   ASSERT_GE(run.rollouts.size(), 2U);
+  const std::int64_t num_applied = cluster.core->counters().applied;
   cluster.remove_worker(0);
 
   RandomStream random(1, 0, 0, RandomPurpose::kPerturbation);
@@ -65,24 +66,24 @@ TEST(LearnerLimitsTest, SendersThatMakeUpWorkersClassesAndReasonsDoNotMakeItGrow
   for (int i = 0; i < num_senders; ++i) {
     FakeWorker made_up(static_cast<protocol::WorkerId>(random.next_bits() >> 1U), {});
     made_up.draining = true;
-    made_up.numeric_class = std::to_string(i) + std::string(kStringBytesMax - 20, 'x');
+    made_up.numeric_class = std::to_string(i) + std::string(protocol::kNameBytesMax - 20, 'x');
     cluster.hear(made_up.status(Cluster::kLearner));
     // A duplicate of what is accepted: it is compared, class by class.
     protocol::RewardBatch batch;
     batch.learner_id = Cluster::kLearner;
     batch.worker_id = static_cast<protocol::WorkerId>(random.next_bits() >> 1U);
     batch.first_index = 1;
-    batch.results = {{{0, 0}, 0, 0, .1, RolloutStatus::kOk, 1}};
+    batch.results = {{{0, 0}, 0, 0, Outcome::ok(.1), 1}};
     cluster.hear(batch);
     batch.worker_id = made_up.status(0).worker_id;
     cluster.hear(batch);
     if (i % 50 == 0) cluster.run(milliseconds(50));
     cluster.sent.clear();
     cluster.log.clear();
-    if (i == num_senders * 2 / 3) warm_bytes = heap_bytes();
+    if (i == num_senders * 2 / 3) warm_bytes = bytes_in_use();
   }
-  EXPECT_LE(heap_bytes(), warm_bytes + (1U << 20U));
-  EXPECT_EQ(cluster.core->counters().applied, static_cast<std::int64_t>(sound.num_evaluated));
+  EXPECT_LE(bytes_in_use(), warm_bytes + (1U << 20U));
+  EXPECT_EQ(cluster.core->counters().applied, num_applied);
 }
 
 TEST(LearnerLimitsTest, WhoHasWorkedIsStillInTheSummaryAfterAFloodOfMadeUpWorkers) {
@@ -118,7 +119,7 @@ TEST(LearnerLimitsTest, AClassTooManyComparesWithNothing) {
     batch.learner_id = Cluster::kLearner;
     batch.worker_id = id;
     batch.first_index = 1;
-    batch.results = {{{0, 0}, 0, 0, .1, RolloutStatus::kOk, 1}};
+    batch.results = {{{0, 0}, 0, 0, Outcome::ok(.1), 1}};
     cluster.give(batch);
   };
   for (int id = 10; id < 10 + static_cast<int>(kNumericClassesMax); ++id) {
@@ -130,6 +131,24 @@ TEST(LearnerLimitsTest, AClassTooManyComparesWithNothing) {
   duplicate(3001, "one more");
   duplicate(3002, "and another");
   EXPECT_EQ(cluster.core->counters().conflicting, 1);
+}
+
+TEST(LearnerLimitsTest, AWorkerThatDescribesTheTaskOtherwiseIsRefusedWithBothValues) {
+  Cluster cluster(small_study(10, 1));
+  cluster.start();
+  FakeWorker other(3, {});
+  cluster.give(other.status(Cluster::kLearner));
+  const ContentHash task = content_hash(small_study(1, 1).conditions[0].task_content);
+  std::string description = kDescription;
+  cluster.give(protocol::DefinitionReport{3, Cluster::kLearner, task, true, description});
+  EXPECT_TRUE(cluster.log.empty() || cluster.log.back().text.find("refuses") == std::string::npos);
+  description.replace(description.find("10.0"), 4, "20.0");
+  cluster.give(protocol::DefinitionReport{3, Cluster::kLearner, task, true, description});
+  ASSERT_FALSE(cluster.log.empty());
+  EXPECT_NE(cluster.log.back().text.find(
+                "task.described.time_limit_s = 20.0: was 10.0 when the study began"),
+            std::string::npos)
+      << cluster.log.back().text;
 }
 
 TEST(LearnerLimitsTest, AWorkerThatRefusesEverythingIsAskedForNothingUntilThatIsForgotten) {
@@ -163,7 +182,12 @@ TEST(LearnerLimitsTest, AThousandWorkersThatComeAndGoAreAFewLinesOfTheLog) {
   Cluster cluster(small_study(10, 1));
   cluster.start();
   for (int id = 1; id <= 1000; ++id) {
-    cluster.give(FakeWorker(id, milliseconds(1)).status(Cluster::kLearner));
+    FakeWorker worker(id, milliseconds(1));
+    cluster.give(worker.status(Cluster::kLearner));
+    const protocol::Message greeting = cluster.sent.back();
+    for (const protocol::Message& reply : worker.receive(greeting, cluster.now)) {
+      cluster.give(reply);
+    }
   }
   cluster.run(seconds(65));
   EXPECT_EQ(cluster.log.size(), 2U * (LogLimiter::kLinesMax + 1));

@@ -1,4 +1,5 @@
 #include "learner/core/ledger.h"
+#include "tests/learner_core/moment.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +16,7 @@ Question question(double theta, RolloutKey key) {
   return question;
 }
 
-Ledger with_draws(int count) {
+Ledger ledger_of(int count) {
   Ledger ledger;
   for (int number = 0; number < count; ++number) {
     ledger.draw({0, number}, question(number, {0, number}));
@@ -23,10 +24,8 @@ Ledger with_draws(int count) {
   return ledger;
 }
 
-TimePoint at(int ms) { return TimePoint(milliseconds(ms)); }
-
 TEST(LedgerTest, LeasesReadyRolloutsOnceInOrder) {
-  Ledger ledger = with_draws(3);
+  Ledger ledger = ledger_of(3);
   const auto requests = ledger.lease(at(0), {{0, 7, at(50)}, {2, 8, at(60)}});
   ASSERT_EQ(requests.size(), 2U);
   EXPECT_EQ(requests[0].key, (RolloutKey{0, 0}));
@@ -40,12 +39,13 @@ TEST(LedgerTest, LeasesReadyRolloutsOnceInOrder) {
 }
 
 TEST(LedgerTest, AnExpiredLeaseComesFirstAndIsCountedWhenIssuedAgain) {
-  Ledger ledger = with_draws(2);
+  Ledger ledger = ledger_of(2);
   ledger.lease(at(0), {{0, 7, at(50)}});
   EXPECT_TRUE(ledger.expire(at(49)).empty());
   const auto expired = ledger.expire(at(50));
   ASSERT_EQ(expired.size(), 1U);
-  EXPECT_EQ(expired[0], (RolloutKey{0, 0}));
+  EXPECT_EQ(expired[0].key, (RolloutKey{0, 0}));
+  EXPECT_EQ(expired[0].lease.worker, 7);
   EXPECT_TRUE(ledger.leases_of(7).empty());
   EXPECT_EQ(ledger.ready()[0], (RolloutKey{0, 0}));
   const auto again = ledger.lease(at(60), {{0, 8, at(90)}});
@@ -53,22 +53,55 @@ TEST(LedgerTest, AnExpiredLeaseComesFirstAndIsCountedWhenIssuedAgain) {
   EXPECT_EQ(ledger.counters.reissued, 1);
 }
 
-TEST(LedgerTest, OnlyTheHolderOfALeaseExtendsIt) {
-  Ledger ledger = with_draws(1);
+TEST(LedgerTest, AHolderThatConfirmsHasItsLeaseExtendedAndIsNewOnce) {
+  Ledger ledger = ledger_of(1);
   ledger.lease(at(0), {{0, 7, at(50)}});
-  ledger.extend({0, 0}, 8, at(500));
-  EXPECT_EQ(ledger.next_deadline(), at(50));
-  ledger.extend({0, 0}, 7, at(80));
-  EXPECT_EQ(ledger.next_deadline(), at(80));
-  EXPECT_TRUE(ledger.expire(at(79)).empty());
+  EXPECT_TRUE(ledger.confirm({0, 0}, 7, at(80)));
+  EXPECT_FALSE(ledger.confirm({0, 0}, 7, at(90)));
+  EXPECT_EQ(ledger.next_deadline(), at(90));
+  EXPECT_TRUE(ledger.expire(at(89)).empty());
+  EXPECT_TRUE(ledger.expire(at(90))[0].lease.confirmed);
+}
+
+TEST(LedgerTest, ARolloutWithTwoHoldersIsReadyOnceBothAreLost) {
+  Ledger ledger = ledger_of(2);
+  ledger.lease(at(0), {{0, 7, at(50)}});
+  EXPECT_EQ(ledger.lease_too(at(10), {0, 0}, 8, at(70)).attempt, 1);
+  EXPECT_EQ(ledger.num_leased(), 1U);
+  EXPECT_EQ(ledger.expire(at(50))[0].lease.worker, 7);
+  EXPECT_EQ(ledger.ready().size(), 1U) << "the second one has it";
+  EXPECT_EQ(ledger.find({0, 0})->last_worker, 8);
+  ledger.take_back({0, 0}, 8);
+  EXPECT_EQ(ledger.ready()[0], (RolloutKey{0, 0}));
+}
+
+TEST(LedgerTest, WhoIsNotFirstToAnswerKeepsACopyUntilItIsForgotten) {
+  Ledger ledger = ledger_of(1);
+  ledger.lease(at(0), {{0, 7, at(50)}});
+  ledger.lease_too(at(10), {0, 0}, 8, at(70));
+  ledger.close({0, 0}, 8);
+  EXPECT_TRUE(ledger.copies_at(8).empty());
+  ASSERT_EQ(ledger.copies_at(7).size(), 1U);
+  EXPECT_TRUE(ledger.leases_of(7).empty());
+  ledger.forget_copy({0, 0}, 7);
+  EXPECT_TRUE(ledger.copies_at(7).empty());
+}
+
+TEST(LedgerTest, TakesBackWhatWasNeverConfirmed) {
+  Ledger ledger = ledger_of(2);
+  ledger.lease(at(0), {{0, 7, at(50)}, {1, 7, at(50)}});
+  ledger.confirm({0, 1}, 7, at(60));
+  ledger.take_back_unconfirmed(7);
+  ASSERT_EQ(ledger.ready().size(), 1U);
+  EXPECT_EQ(ledger.ready()[0], (RolloutKey{0, 0}));
 }
 
 TEST(LedgerTest, ALateAnswerClosesARolloutThatWaitsToBeIssuedAgain) {
-  Ledger ledger = with_draws(2);
+  Ledger ledger = ledger_of(2);
   ledger.lease(at(0), {{0, 7, at(50)}});
   ledger.expire(at(50));
   const Ledger::Entry entry = ledger.close({0, 0});
-  EXPECT_FALSE(entry.lease.has_value());
+  EXPECT_TRUE(entry.leases.empty());
   EXPECT_EQ(entry.last_worker, 7);
   ASSERT_EQ(ledger.ready().size(), 1U);
   EXPECT_EQ(ledger.ready()[0], (RolloutKey{0, 1}));
@@ -76,12 +109,12 @@ TEST(LedgerTest, ALateAnswerClosesARolloutThatWaitsToBeIssuedAgain) {
 }
 
 TEST(LedgerTest, AWorkerThatHasLostARolloutIsNotAskedForItsSakeAgain) {
-  Ledger ledger = with_draws(1);
+  Ledger ledger = ledger_of(1);
   ledger.lease(at(0), {{0, 7, at(50)}});
-  ledger.take_back(RolloutKey{0, 0});
+  ledger.take_back({0, 0}, 7);
   EXPECT_EQ(ledger.find({0, 0})->last_worker, 7) << "it may have it yet";
   ledger.lease(at(1), {{0, 7, at(50)}});
-  ledger.take_back_lost(RolloutKey{0, 0});
+  ledger.take_back_lost({0, 0}, 7);
   EXPECT_EQ(ledger.find({0, 0})->last_worker, 0);
   EXPECT_EQ(ledger.ready().size(), 1U);
   EXPECT_FALSE(ledger.next_deadline().has_value());

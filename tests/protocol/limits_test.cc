@@ -21,12 +21,10 @@ TEST(LimitsTest, ABatchAcrossHostsFitsOneEthernetFrame) {
   EXPECT_LE(kBatchBytesRemoteMax + kHeaderBytes, kFrameBytesMax);
 }
 
-TEST(LimitsTest, BatchesAndDefinitionsFitAMessage) {
+TEST(LimitsTest, BatchesFitAMessage) {
   EXPECT_LT(kBatchBytesLocalMax, kMessageBytesMax);
   EXPECT_LT(kBatchBytesRemoteMax, kBatchBytesLocalMax);
-  EXPECT_LE(kDefinitionBytesMax + kDefinitionBytes, kMessageBytesMax);
   EXPECT_LE(kRolloutBatchBytes + rollout_request_bytes(kThetaDimMax), kMessageBytesMax);
-  EXPECT_LT(kStringBytesMax, kDefinitionBytesMax);
 }
 
 TEST(MessagesTest, RolloutsAreOrderedByRunAndThenByNumber) {

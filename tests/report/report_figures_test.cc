@@ -36,7 +36,7 @@ class ReportFiguresTest : public testing::Test {
     std::ofstream(program) << "#!/bin/sh\ncat > /dev/null\nif [ $1 = --describe-task ]; then\n"
                               "echo '{\"description\": {\"input_dim\": 1, \"output_dim\": 1, "
                               "\"reward_min\": 0, \"reward_max\": 1, \"time_limit_s\": 1, "
-                              "\"deterministic\": false}}'\nelse\necho '"
+                              "\"deterministic\": false}, \"settings\": {}}'\nelse\necho '"
                            << evaluation << "'\nfi\n";
     fs::permissions(program, fs::perms::owner_all);
     return program;
@@ -60,7 +60,7 @@ class ReportFiguresTest : public testing::Test {
 };
 
 constexpr const char* kTraced =
-    R"({"evaluation": {"reward": 0.5, "status": "ok"}, "complaint": "",
+    R"({"evaluation": {"reward": 0.5, "status": "ok"},
     "trace": {"columns": ["time_s", "x_m", "goal_x_m"], "numbers": [0, 1, 2, 1, 3, 4],
     "policy_inputs": ["time_s"], "policy_outputs": ["x_m"],
     "poses": [[[0, 0, 1, 1]], [[0, 0, null, 1]]]}})";
@@ -178,6 +178,35 @@ TEST_F(ReportFiguresTest, WhatTheWorkerRecordsIsDrawnAndTheSameBytesEachTime) {
   EXPECT_EQ(content("two/figures/mine/motion.png"), content("one/figures/mine/motion.png"));
 }
 
+TEST_F(ReportFiguresTest, EveryRepetitionsBestIsASolution) {
+  learn_into(folder_ / "study", tree_study(""));
+  const LoadedStudy loaded = load_study(folder_ / "study/study.toml", {});
+  const auto policies = learnt_policies(loaded, results());
+  ASSERT_EQ(policies.size(), 2U);
+  EXPECT_EQ(policies[0].solutions.size(), 2U);
+  EXPECT_THAT(policies[0].solutions, testing::Contains(policies[0].best));
+  EXPECT_THAT(report("out", worker(kTraced)), HasSubstr("(figures/mine/solutions.svg)"));
+  EXPECT_THAT(content("out/figures/mine/solutions.gp"), HasSubstr("set title 'tree (2)'"));
+}
+
+TEST_F(ReportFiguresTest, AxesHaveTheNamesOfTheDemonstrationsColumns) {
+  std::ofstream(folder_ / "demo.csv") << "t_ms,left_deg\n0,1\n1,2\n2,5\n3,1\n4,0\n5,3\n";
+  std::string text = tree_study("");
+  const std::size_t begin = text.find("start = \"components\"");
+  text.replace(begin, text.find("[exploration]") - begin,
+               "components = [1, 2]\nlayout = \"means\"\n[policy.demonstration]\nkind = \"csv\"\n"
+               "files = [\"" +
+                   (folder_ / "demo.csv").string() +
+                   "\"]\ninputs = [\"t_ms\"]\noutputs = [\"left_deg\"]\n");
+  learn_into(folder_ / "study", text);
+  (void)report("out", worker(kTraced));
+  for (const char* name : {"layers", "policies", "solutions"}) {
+    EXPECT_THAT(content("out/figures/mine/" + std::string(name) + ".gp"),
+                HasSubstr("set xlabel 't (ms)'; set ylabel 'left (°)'"))
+        << name;
+  }
+}
+
 TEST_F(ReportFiguresTest, AWorkerThatAnswersAmissCostsItsPicturesNotTheReport) {
   learn_into(folder_ / "study", tree_study(""));
   const struct {
@@ -205,8 +234,7 @@ TEST_F(ReportFiguresTest, AWorkerThatAnswersAmissCostsItsPicturesNotTheReport) {
 
 TEST_F(ReportFiguresTest, AWorkerOfAnEarlierVersionNamesNoVariablesAndHasNoPoses) {
   learn_into(folder_ / "study", tree_study(""));
-  const std::string text =
-      report("out", worker(R"({"evaluation": {"reward": 0.5, "status": "ok"}, "complaint": "",
+  const std::string text = report("out", worker(R"({"evaluation": {"reward": 0.5, "status": "ok"},
       "trace": {"columns": ["time_s"], "numbers": [0]}})"));
   EXPECT_THAT(text, Not(HasSubstr("motion.svg")));
   EXPECT_THAT(content("out/figures/mine/policies.gp"), HasSubstr("set xlabel 'input'"));
@@ -215,7 +243,7 @@ TEST_F(ReportFiguresTest, AWorkerOfAnEarlierVersionNamesNoVariablesAndHasNoPoses
 TEST_F(ReportFiguresTest, AWorkerThatSaysNonsenseMakesNoRollouts) {
   learn_into(folder_ / "study", tree_study(""));
   const LoadedStudy loaded = load_study(folder_ / "study/study.toml", {});
-  const std::string begin = R"({"evaluation": {"reward": 0.5, "status": "ok"}, "complaint": "",
+  const std::string begin = R"({"evaluation": {"reward": 0.5, "status": "ok"},
       "trace": {"columns": ["time_s"], "numbers": [0, 1])";
   for (const std::string& said : std::vector<std::string>{
            "", "[]", begin, R"({"error": {"key": "policy", "value": "", "rule": "no"}})",

@@ -79,12 +79,18 @@ TEST_F(ReportProgramTest, FiguresLieBesideTheirNumbersAndScripts) {
   write({study("a", "mine", .2)}, "one");
   write({study("b", "mine", .2)}, "two");
   for (const char* name : {"learning_curves", "p_values"}) {
-    for (const char* end : {".dat", ".gp", ".svg", ".png"}) {
+    for (const char* end : {".dat", ".gp", ".svg", ".png", ".pdf"}) {
       const fs::path file = fs::path("figures/mine") / (std::string(name) + end);
       EXPECT_FALSE(content("one" / file).empty()) << file;
       EXPECT_EQ(content("one" / file), content("two" / file)) << file;
     }
   }
+  const std::string pdf = content("one/figures/mine/p_values.pdf");
+  EXPECT_EQ(pdf.substr(0, 5), "%PDF-");
+  EXPECT_THAT(pdf, Not(HasSubstr("CreationDate")));
+  // 11811 dots a metre: 300 an inch.
+  const std::string png = content("one/figures/mine/p_values.png");
+  EXPECT_EQ(png.substr(37, 13), std::string("pHYs\0\0\x2e\x23\0\0\x2e\x23\x01", 13));
   EXPECT_THAT(content("one/report.md"), HasSubstr("(figures/mine/p_values.svg)"));
   EXPECT_THAT(content("one/report.html"),
               HasSubstr("<img alt=\"Learning curves of mine\" src=\"data:"));

@@ -9,7 +9,9 @@
 #include <stdexcept>
 
 #include "common/files/atomic_file.h"
+#include "common/files/whole_file.h"
 #include "learner/results/csv.h"
+#include "learner/results/run_counts.h"
 #include "tests/results/records.h"
 
 namespace treeroll {
@@ -50,6 +52,20 @@ class StudyResultsTest : public testing::Test {
   std::filesystem::path folder_;
 };
 
+/// A run with all that a run can have.
+RunRecord eventful_run() {
+  RunRecord run = run_with("noisy", 0, 0, {.5, 0, 0, .25});
+  run.rollouts[1].status = RolloutStatus::kDiverged;
+  run.rollouts[1].reason = file_reason(run.reasons, "a rate, \"phi1\", is not finite");
+  run.rollouts[2].status = RolloutStatus::kFailed;
+  run.start = Outcome::ok(.125);
+  run.finals = {Outcome::ok(.5), Outcome::failed(RolloutStatus::kTimedOut, "slow"),
+                Outcome::discarded(), Outcome::ok(1. / 3)};
+  run.final_reward = mean_reward(run.finals);
+  run.num_discarded = 7;
+  return run;
+}
+
 RunRecord tree_run(int repetition, int run) {
   RunRecord record = run_with("tree, \"deep\"", repetition, run, {.25, .5, .125, 1. / 3, .4});
   for (const std::size_t late : {2, 3}) record.rollouts[late].layer = 2;
@@ -86,6 +102,52 @@ TEST_F(StudyResultsTest, WhatTheLearnerWroteIsReadBackToTheBit) {
   }
   EXPECT_EQ(results.runs[2].best_policy, "{}");
   EXPECT_EQ(results.runs[0].best_policy, "");
+}
+
+TEST_F(StudyResultsTest, FailuresEvaluationsAndPoliciesAreReadBack) {
+  RunRecord given_up = run_with("noisy", 1, 1, {0});
+  given_up.rollouts[0].status = RolloutStatus::kDiscarded;
+  given_up.start = Outcome::discarded();
+  write_results({eventful_run(), given_up});
+  std::filesystem::create_directory(folder_ / "policies");
+  write("policies/noisy-0.final.json", "{}");
+  const std::vector<RunRecord> runs = read_study_results(folder_).runs;
+  EXPECT_EQ(runs[0].start, Outcome::ok(.125));
+  EXPECT_EQ(runs[0].final_reward, eventful_run().final_reward);
+  ASSERT_EQ(runs[0].finals.size(), 4U);
+  EXPECT_TRUE(runs[0].finals[1].agrees_with(Outcome::failed(RolloutStatus::kTimedOut)));
+  EXPECT_TRUE(runs[0].finals[2].is_discarded());
+  EXPECT_EQ(runs[0].finals[3], Outcome::ok(1. / 3));
+  EXPECT_EQ(runs[0].num_discarded, 7);
+  EXPECT_EQ(reason_of(runs[0], runs[0].rollouts[1]), "a rate, \"phi1\", is not finite");
+  EXPECT_EQ(last_failure(runs[0]), "roll-out 2: failed");
+  EXPECT_EQ(runs[0].final_policy, "{}");
+  EXPECT_EQ(runs[0].best_policy, "");
+  EXPECT_TRUE(runs[1].start->is_discarded());
+}
+
+TEST_F(StudyResultsTest, WhatRunsCsvSaysOfFailuresMustBeWhatTheRolloutsAddUpTo) {
+  write_results({eventful_run()});
+  const std::string runs = read_whole_file(folder_ / "runs.csv");
+  const struct {
+    const char* from;
+    const char* to;
+    const char* error;
+  } cases[] = {
+      {",1,1,0,0,0,7,", ",2,0,0,0,0,7,", "runs.csv:2: diverged = 2: must be 1, as in rollouts.csv"},
+      {"roll-out 2: failed", "roll-out 3: failed", "last_failure = roll-out 3: failed: must be"},
+      {",ok,0.5;", ",ok,0.6;", "must be what final_reward is the mean of"},
+      {",ok,0.5;", ",fine,0.5;", "start_status = fine: must be ok, diverged"},
+      {";timed_out;", ";late;", "must be ok, diverged, failed"},
+      {",7,", ",-7,", "discarded = -7: must be a whole number"},
+  };
+  for (const auto& [from, to, expected] : cases) {
+    std::string broken = runs;
+    ASSERT_NE(broken.find(from), std::string::npos) << from << " in " << runs;
+    broken.replace(broken.find(from), std::string_view(from).size(), to);
+    write("runs.csv", broken);
+    EXPECT_THAT(error(), HasSubstr(expected)) << from;
+  }
 }
 
 TEST_F(StudyResultsTest, WithSeveralInFlightSwitchesAreWhereRunsCsvPutsThem) {
@@ -144,7 +206,8 @@ TEST_F(StudyResultsTest, EveryRefusalNamesFileLineColumnValueAndRule) {
       {"a,0,0,0,1,-1,ok\n", "reward = -1: must be a finite"},
       {"a,0,0,0,1,,ok\n", "reward = : must be a finite"},
       {"a,0,0,0,0,1,ok\n", "layer = 0: must be a whole number from 1 to 32767"},
-      {"a,0,0,0,1,1,fine\n", "status = fine: must be ok, diverged, failed, crashed or timed_out"},
+      {"a,0,0,0,1,1,fine\n",
+       "status = fine: must be ok, diverged, failed, crashed, timed_out or discarded"},
       {"a,0,1,0,1,1,ok\n", "run = 1: must be a whole number from 0 to 0"},
       {"b,0,0,0,1,1,ok\n", "condition = b: run 0 is of a in runs.csv"},
       {"a,1,0,0,1,1,ok\n", "repetition = 1: run 0 is repetition 0 in runs.csv"},
@@ -168,7 +231,7 @@ TEST_F(StudyResultsTest, EveryRefusalNamesFileLineColumnValueAndRule) {
   write("rollouts.csv", "");
   EXPECT_THAT(error(), HasSubstr("rollouts.csv:1: is empty: must begin with condition,"));
   write("rollouts.csv", runs);
-  EXPECT_THAT(error(), HasSubstr("rollouts.csv:1: must have 7 fields"));
+  EXPECT_THAT(error(), HasSubstr("rollouts.csv:1: must have 8 fields"));
 }
 
 TEST_F(StudyResultsTest, RunsMustCountWithoutGaps) {

@@ -69,9 +69,10 @@ TEST(SummaryTest, RunsWithoutAResultDoNotCountAsZero) {
 TEST(SummaryTest, TheTableIsAlignedAndShowsAbsentFiguresAsDashes) {
   // clang-format off
   EXPECT_EQ(to_table(summarize(six_runs())), R"(
-condition  runs  mean best    95 % interval  median   best  final  roll-outs  failed  switches  first switch
-flat          2      0.600  [-0.671, 1.871]   0.600  0.700      -          3       0  0 in 0/2             -
-tree          4      0.925   [0.822, 1.028]   0.925  1.000  0.500          9       1  4 in 3/4          31.0
+condition  runs  start  mean best    95 % interval  median   best  final    95 % interval  roll-outs  failed  switches  first switch
+flat          2      -      0.600  [-0.671, 1.871]   0.600  0.700      -                -          3       0  0 in 0/2             -
+tree          4      -      0.925   [0.822, 1.028]   0.925  1.000  0.500  [-2.677, 3.677]          9       1  4 in 3/4          31.0
+tree: 1 of 9 roll-outs failed: 1 crashed; the last: repetition 2, roll-out 2: crashed
 )"+ 1);
   // clang-format on
 }
@@ -79,7 +80,7 @@ tree          4      0.925   [0.822, 1.028]   0.925  1.000  0.500          9    
 TEST(SummaryTest, AStudyWithoutResultsHasATableOfDashes) {
   const std::string table = to_table(summarize({run_with("a", 0, 0, {})}));
   EXPECT_THAT(table, testing::Not(testing::HasSubstr("nan")));
-  EXPECT_THAT(table, testing::HasSubstr("a             1          -"));
+  EXPECT_THAT(table, testing::HasSubstr("a             1      -          -"));
 }
 
 TEST(SummaryTest, JsonHoldsEveryFigureAndNullForAbsentOnes) {
@@ -105,6 +106,7 @@ TEST(SummaryTest, JsonHoldsEveryFigureAndNullForAbsentOnes) {
                                       {"late", 0},
                                       {"duplicate", 0},
                                       {"failed", 0},
+                                      {"discarded", 0},
                                       {"rejected", 0},
                                       {"reissued", 3},
                                       {"conflicting", 0}}));

@@ -17,8 +17,6 @@ namespace {
 const DoublePendulum kPendulum;
 constexpr double kReferenceStepS = 1e-4;  // RK4's error there is below 1e-9
 
-bool go_on(double, const CartPendulumState&, double) { return true; }
-
 CartPendulumState simulate(CartPendulumPlant& plant, const CosineSeries& p, double duration_s) {
   const auto end = plant.simulate(kHanging, duration_s, feed_forward(p), go_on);
   EXPECT_TRUE(end) << end.error().message;

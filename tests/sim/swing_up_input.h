@@ -33,4 +33,7 @@ inline CartAcceleration feed_forward(const CosineSeries& p) {
   return [p](double time_s, const CartPendulumState&) { return cart_acceleration(p, time_s); };
 }
 
+/// Lets a simulation go on to its end.
+inline bool go_on(double, const CartPendulumState&, double) { return true; }
+
 }  // namespace treeroll::sim

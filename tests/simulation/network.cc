@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 #include <span>
 
 #include "common/protocol/limits.h"
+#include "common/protocol/wire_sizes.h"
 #include "common/transport/codec.h"
 
 namespace treeroll::simulation {
@@ -13,6 +15,9 @@ namespace {
 constexpr std::uint32_t kNetworkDice = 3;
 /// One message in so many also goes through the codec, which takes longer than the rest.
 constexpr double kEncodedShare = .02;
+/// A recording is short: what it can do it does at each turn.
+constexpr std::size_t kRecordedMax = 200;
+constexpr Duration kRewindTime = std::chrono::milliseconds(200);
 
 }  // namespace
 
@@ -25,7 +30,8 @@ Network::Network(const Scenario& scenario, Schedule& schedule, Observer& observe
 
 void Network::send(int slot, Direction direction, const Node::MessagePointer& message) {
   if (dice_.chance(kEncodedShare)) check_encoding(*message);
-  if (is_lost(slot, *message)) return;
+  record(slot, direction, message);
+  if (is_lost(slot, direction, *message)) return;
   carry(slot, direction, message);
   const bool faulty = schedule_.now() < scenario_.faults_end;
   if (faulty && dice_.chance(scenario_.network.duplication)) {
@@ -34,12 +40,47 @@ void Network::send(int slot, Direction direction, const Node::MessagePointer& me
   }
 }
 
+void Network::note_published(const protocol::Message& message) {
+  // On one host any size goes, and encoding takes longer than all the rest.
+  if (scenario_.batch_bytes_max > protocol::kBatchBytesRemoteMax) return;
+  const std::size_t size = protocol::kFrameHeaderBytes +
+                           std::strlen(transport::channel_name(transport::channel_of(message))) +
+                           1 + transport::encode(message).size();
+  num_bytes_ += static_cast<std::int64_t>(size);
+  observer_.require(size <= protocol::kBatchBytesRemoteMax, "a message is larger than a frame");
+}
+
 void Network::cut(int slot, TimePoint end) {
   TimePoint& until = cut_until_[slot];
   until = std::max(until, end);
 }
 
-bool Network::is_lost(int slot, const protocol::Message& message) {
+void Network::record(int slot, Direction direction, const Node::MessagePointer& message) {
+  if (playing_ || recording_.size() >= kRecordedMax) return;
+  recording_.push_back({schedule_.now(), slot, direction, message});
+}
+
+void Network::play_back(double speed) {
+  playing_ = true;
+  if (recording_.empty()) return;
+  play_from(0, speed);
+}
+
+void Network::play_from(std::size_t place, double speed) {
+  const Recorded& now = recording_[place];
+  observer_.count("messages played again");
+  deliver_(now.slot, now.direction, now.message);
+  const bool is_last = place + 1 == recording_.size();
+  const Duration wait = is_last ? kRewindTime : recording_[place + 1].time - now.time;
+  schedule_.after(Duration(static_cast<Duration::rep>(static_cast<double>(wait.count()) / speed)),
+                  [this, next = is_last ? 0 : place + 1, speed] { play_from(next, speed); });
+}
+
+bool Network::is_lost(int slot, Direction direction, const protocol::Message& message) {
+  if (direction == Direction::kToWorker && deaf_.contains(slot)) {
+    observer_.count("messages to the deaf");
+    return true;
+  }
   if (schedule_.now() >= scenario_.faults_end) return false;
   if (const auto cut = cut_until_.find(slot);
       cut != cut_until_.end() && schedule_.now() < cut->second) {

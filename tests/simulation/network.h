@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -23,13 +25,23 @@ class Network {
   Network(const Scenario& scenario, Schedule& schedule, Observer& observer, Deliver deliver);
 
   void send(int slot, Direction direction, const Node::MessagePointer& message);
+  /// Counts it; across hosts it must fit a frame, since no path carries what does not.
+  void note_published(const protocol::Message& message);
+  /// Of messages published so far, with LCM's header.
+  std::int64_t num_bytes() const { return num_bytes_; }
   /// Nothing passes to or from this slot until `end`.
   void cut(int slot, TimePoint end);
+  /// Nothing reaches this slot any more.
+  void deafen(int slot) { deaf_.insert(slot); }
+  /// Says again all that has been said so far, over and over.
+  void play_back(double speed);
   /// Proves that the message can be sent: through the codec and back to the same value.
   void check_encoding(const protocol::Message& message);
 
  private:
-  bool is_lost(int slot, const protocol::Message& message);
+  bool is_lost(int slot, Direction direction, const protocol::Message& message);
+  void record(int slot, Direction direction, const Node::MessagePointer& message);
+  void play_from(std::size_t place, double speed);
   void carry(int slot, Direction direction, const Node::MessagePointer& message);
   void check_truncated(const protocol::Message& message);
 
@@ -38,7 +50,17 @@ class Network {
   Observer& observer_;
   Deliver deliver_;
   Dice dice_;
+  std::int64_t num_bytes_ = 0;
   std::map<int, TimePoint> cut_until_;
+  std::set<int> deaf_;
+  struct Recorded {
+    TimePoint time;
+    int slot = 0;
+    Direction direction{};
+    Node::MessagePointer message;
+  };
+  std::vector<Recorded> recording_;  ///< of what was said first
+  bool playing_ = false;
   std::map<std::pair<int, Direction>, TimePoint> last_arrival_;
 };
 

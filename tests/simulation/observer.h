@@ -31,8 +31,8 @@ class Observer {
   std::int64_t num_simulations = 0;  ///< begun by an evaluator
   std::int64_t num_reissued = 0;
   /// Which question each answer of a worker to a learner was for, by its index, until acknowledged.
-  std::map<std::pair<protocol::WorkerId, protocol::LearnerId>,
-           std::map<std::int64_t, protocol::RolloutKey>>
+  using Question = std::pair<protocol::RolloutKey, std::int64_t>;  ///< with its content
+  std::map<std::pair<protocol::WorkerId, protocol::LearnerId>, std::map<std::int64_t, Question>>
       answers;
 
  private:

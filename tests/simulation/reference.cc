@@ -1,5 +1,8 @@
 #include "tests/simulation/reference.h"
 
+#include <map>
+#include <utility>
+
 #include "learner/core/learner_core.h"
 #include "tests/simulation/planted_fault.h"
 
@@ -7,6 +10,8 @@ namespace treeroll::simulation {
 
 std::vector<RunRecord> faultless_records(const Study& study, const VirtualTask& task,
                                          const std::vector<int>& ends) {
+  constexpr const char* kCrashReason = "ended 3 evaluators by a fatal signal";
+  constexpr const char* kTimeReason = "took more than the task's 0.4 s, 3 times";
   const WithoutFault without_fault;
   std::vector<RunRecord> records;
   for (int index = 0; index < study.num_runs(); ++index) {
@@ -16,13 +21,23 @@ std::vector<RunRecord> faultless_records(const Study& study, const VirtualTask& 
       if (!ends.empty() && num_applied == ends[static_cast<std::size_t>(index)]) run.stop();
     };
     stop_if_due();
+    std::map<int, explore::Draw> asked;
     while (!run.done()) {
-      for (const explore::Draw& draw : run.take_draws()) {
-        const protocol::RolloutKey key{index, draw.rollout};
-        const std::vector<double> theta(draw.theta.data(), draw.theta.data() + draw.theta.size());
-        num_applied += run.accept(draw.rollout, {task.reward(key, theta), task.status(key)}, 0);
-        stop_if_due();
-      }
+      for (explore::Draw& draw : run.take_draws()) asked.emplace(draw.rollout, std::move(draw));
+      // The lowest number first, a trial that is made again too: applied one by one, none is
+      // applied past the end of the study's time.
+      const explore::Draw draw = asked.extract(asked.begin()).mapped();
+      const protocol::RolloutKey key{index, draw.rollout};
+      const std::vector<double> theta(draw.theta.data(), draw.theta.data() + draw.theta.size());
+      const std::int64_t seed =
+          learner::task_seed(study, run.repetition(), draw.rollout, run.num_discards(draw.rollout));
+      Outcome outcome = task.outcome(key, seed, theta);
+      // Said by the worker, not by its task.
+      const RolloutStatus status = outcome.status();
+      if (status == RolloutStatus::kCrashed) outcome = {0, status, kCrashReason};
+      if (status == RolloutStatus::kTimedOut) outcome = {0, status, kTimeReason};
+      num_applied += run.accept(draw.rollout, outcome, 0);
+      stop_if_due();
     }
     records.push_back(run.record());
   }
@@ -52,8 +67,11 @@ bool same(const RunRecord& a, const RunRecord& b) {
     const RolloutRecord& x = a.rollouts[i];
     const RolloutRecord& y = b.rollouts[i];
     if (x.reward != y.reward || x.layer != y.layer || x.status != y.status) return false;
+    if (x.reason != y.reason) return false;
   }
-  return a.final_reward == b.final_reward && a.switches == b.switches &&
+  return a.final_reward == b.final_reward && a.switches == b.switches && a.start == b.start &&
+         a.finals == b.finals && a.final_policy == b.final_policy &&
+         a.num_discarded == b.num_discarded && a.reasons == b.reasons &&
          a.best_rollout == b.best_rollout && a.best_reward == b.best_reward &&
          a.best_policy == b.best_policy;
 }

@@ -19,7 +19,10 @@ enum Purpose : std::uint32_t {
   kNeighbourDice = 5,
   kTimeDice = 6,
   kLimitDice = 7,
-  kDyingDice = 8
+  kDyingDice = 8,
+  kSizeDice = 9,
+  kLastingDice = 10,
+  kWorthDice = 11
 };
 
 /// A tree of two or three layers, most of them left as soon as they may be.
@@ -124,7 +127,57 @@ void draw_incidents(Dice& dice, Scenario& scenario, Duration length) {
   }
 }
 
+/// Policies of many pieces; the thetas of the last layer are larger than a frame.
+void make_large(Dice& dice, Study& study) {
+  const int num_last = dice.between(84, 100);
+  const PolicyPtr start = wide_policy(num_last / 4, num_last);
+  for (Condition& condition : study.conditions) {
+    condition.start = start;
+    condition.exploration.last_layer = start->num_layers();
+    condition.exploration.num_rollouts = std::min(condition.exploration.num_rollouts, 16);
+  }
+}
+
+/// What does not end by itself: one host of several, or one learner of two, for ever.
+void draw_lasting_fault(Dice& dice, Scenario& scenario) {
+  using Kind = Incident::Kind;
+  Incident incident{
+      .kind = Kind::kPlayback, .time = {}, .length = {}, .speed = dice.chance(.5) ? 1. : 10.};
+  const int num_workers = static_cast<int>(scenario.workers.size());
+  const int num_learners = static_cast<int>(scenario.studies.size());
+  const int kind = dice.between(0, 3);
+  if (kind == 1 && num_workers > 1) {
+    incident.kind = Kind::kWorkerDeaf;
+    incident.slot = dice.between(0, num_workers - 1);
+  } else if (kind == 2 && num_workers > 1) {
+    incident.kind = Kind::kEvaluatorsStuck;
+    incident.slot = dice.between(0, num_workers - 1);
+    scenario.task.hanging = 0;  // hours of it would tell nothing
+    scenario.task.time_limit = std::chrono::hours(1);
+  } else if (kind == 3 && num_learners > 1) {
+    incident.kind = Kind::kLearnerDies;
+    incident.slot = dice.between(0, num_learners - 1);
+    scenario.task.hanging = 0;
+    scenario.task.time_limit = std::chrono::hours(1);
+    scenario.task.duration_min = seconds(5);
+    scenario.task.duration_max = seconds(20);
+    for (Study& study : scenario.studies) study.repetitions = 1;
+  }
+  incident.time = TimePoint(dice.between(Duration{}, expected_length(scenario)));
+  scenario.incidents.push_back(incident);
+}
+
 }  // namespace
+
+PolicyPtr wide_policy(int num_first, int num_last) {
+  std::vector<int> parents;
+  for (int i = 0; i < num_last; ++i) parents.push_back(i * num_first / num_last);
+  return std::make_shared<TreePolicy>(
+      TreeModel::from_global(FrameKind::kCholesky,
+                             {explore::spaced_gmm(num_first), explore::spaced_gmm(num_last)},
+                             {{}, parents}),
+      1, ThetaLayout::kMeans);
+}
 
 Scenario calm_scenario(std::uint64_t seed) {
   Dice dice(seed, kStudyDice);
@@ -137,6 +190,8 @@ Scenario calm_scenario(std::uint64_t seed) {
     scenario.task.duration_min = milliseconds(dice.between(1, 60));
     scenario.task.duration_max = 2 * scenario.task.duration_min;
   }
+  Dice size(seed, kSizeDice);
+  if (size.chance(.03)) make_large(size, scenario.studies[0]);
   scenario.network.delay_min = microseconds(dice.between(20, 500));
   scenario.network.delay_max = 3 * scenario.network.delay_min;
   const int num_workers = dice.between(1, 4);
@@ -158,6 +213,8 @@ Scenario scenario_of(std::uint64_t seed) {
   }
   draw_task_faults(dice, scenario.task);
   draw_network_faults(dice, scenario.network);
+  Dice lasting(seed, kLastingDice);
+  if (lasting.chance(.15)) draw_lasting_fault(lasting, scenario);
   const Duration length = expected_length(scenario);
   if (dice.chance(.4)) {
     for (WorkerPlan& worker : scenario.workers) {
@@ -171,6 +228,12 @@ Scenario scenario_of(std::uint64_t seed) {
   Dice time(seed, kTimeDice);
   if (time.chance(.25)) {
     for (Study& study : scenario.studies) study.stop_after = time.between(Duration{1}, length);
+  }
+  Dice worth(seed, kWorthDice);
+  if (worth.chance(.25)) scenario.task.discarding = worth.between(.02, .3);
+  for (Study& study : scenario.studies) {
+    study.discards_max = worth.between(0, 4);
+    if (worth.chance(.25)) study.final_evaluations = worth.between(2, 4);
   }
   Dice dying(seed, kDyingDice);
   if (dying.chance(.2)) {

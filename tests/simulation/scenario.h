@@ -34,6 +34,10 @@ struct Incident {
     kPartition,         ///< the worker and the learner do not hear each other for `length`
     kEvaluatorsKilled,  ///< SIGKILL of every evaluator of the worker
     kEvaluatorsDying,   ///< the same, and of each new one at its start or its work, for `length`
+    kWorkerDeaf,        ///< from then on nothing reaches the worker, nor its successors
+    kEvaluatorsStuck,   ///< from then on no roll-out at the worker ends, nor at its successors
+    kPlayback,          ///< all that was said until then is said again, and again
+    kLearnerDies,       ///< SIGKILL, and it does not come back
     kLearnerCrash,      ///< at its next effect; back after `length` from its journal
     kLearnerExit,       ///< SIGTERM; once gone it is back after `length`
     kLearnerStop,       ///< SIGSTOP for `length`
@@ -41,9 +45,10 @@ struct Incident {
   Kind kind = Kind::kWorkerCrash;
   TimePoint time;
   Duration length{};
-  int slot = 0;  ///< of the worker, or of the learner
+  int slot = 0;      ///< of the worker, or of the learner
+  double speed = 1;  ///< of a playback
 
-  bool befalls_learner() const { return kind >= Kind::kLearnerCrash; }
+  bool befalls_learner() const { return kind >= Kind::kLearnerDies; }
 };
 
 struct WorkerPlan {
@@ -51,7 +56,8 @@ struct WorkerPlan {
   int num_evaluators = 1;
 };
 
-/// All that a seed means. Faults of the network and incidents end at `faults_end`.
+/// All that a seed means. Faults of the network and incidents end at `faults_end`, but for those
+/// that say that they do not.
 struct Scenario {
   std::uint64_t seed = 0;
   std::vector<Study> studies;  ///< one a learner, all on one group with the same workers
@@ -71,9 +77,12 @@ struct Scenario {
 /// A study whose runs switch layers, workers and a task without faults, all small; in both orders,
 /// one to four in flight.
 Scenario calm_scenario(std::uint64_t seed);
-/// The same with a mix of faults; one time in four with a second learner, and one in four with
-/// studies that are learnt for a time.
+/// The same with a mix of faults; one time in four with a second learner, one in four with studies
+/// that are learnt for a time, and one in seven with a fault that lasts.
 Scenario scenario_of(std::uint64_t seed);
+
+/// A tree of two layers of so many Gaussians.
+PolicyPtr wide_policy(int num_first, int num_last);
 
 int num_rollouts(const Scenario& scenario);
 int num_rollouts(const Study& study);

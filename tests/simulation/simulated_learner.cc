@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "common/protocol/pieces.h"
 #include "common/protocol/timings.h"
 #include "common/transport/codec.h"
 
@@ -19,7 +20,8 @@ learner::LearnerSettings learner_settings(const Scenario& scenario, protocol::Le
   settings.batch_bytes_max = scenario.batch_bytes_max;
   settings.unsynced_results_max = scenario.unsynced_results_max;
   if (scenario.knows_task) {
-    settings.known_tasks[kTaskContent] = *task_description_from_json(kTaskDescription);
+    settings.known_tasks[kTaskContent] =
+        *task_description_from_json(task_description(scenario.task));
   }
   return settings;
 }
@@ -50,7 +52,7 @@ void SimulatedLearner::start() {
   observer_.require(damage.empty(), "its own journal cannot be read: " + damage);
   observer_.require(core_.outcome() != learner::LearnerCore::Outcome::kFailed,
                     "its own journal is refused: " + core_.failure());
-  disk_.append(JournalStart{kAlgorithmVersion, ContentHash{}, id_});
+  disk_.append(JournalStart{.learner_id = id_});
   disk_.sync();
   check_counters();
   step(learner::RecoveryFinished{});
@@ -61,9 +63,12 @@ void SimulatedLearner::recover(const JournalRecord& record) {
   if (core_.outcome() == learner::LearnerCore::Outcome::kFailed) return;
   learner::Effects unsent;
   if (const auto* result = std::get_if<AcceptedResult>(&record)) {
-    note_answered(result->key);
-    synced_.insert(result->key);
+    note_answered(*result);
+    accepted_.emplace(result->key, result->content);
+    synced_.emplace(result->key, result->content);
     core_.step(schedule_.now(), learner::ResultRecovered{*result}, unsent);
+  } else if (const auto* worker = std::get_if<KnownWorker>(&record)) {
+    core_.step(schedule_.now(), learner::WorkerRecovered{*worker}, unsent);
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
     learnt_before_ = time->elapsed;
     note_time(*time);
@@ -115,6 +120,7 @@ void SimulatedLearner::do_all(const learner::Effects& effects) {
   for (const learner::Effect& effect : effects) {
     if (std::holds_alternative<learner::SendMessage>(effect)) count += 1;
     const bool is_record = std::holds_alternative<learner::AppendResult>(effect) ||
+                           std::holds_alternative<learner::AppendWorker>(effect) ||
                            std::holds_alternative<learner::AppendTime>(effect);
     if (is_record) count += 2;
   }
@@ -153,20 +159,23 @@ void SimulatedLearner::append(const AcceptedResult& result) {
   if (expected != expected_.end()) {
     observer_.require(expected->second.content == result.content,
                       "the answer to another question is accepted");
-    observer_.require(expected->second.reward == result.outcome.reward(),
-                      "a wrong reward is accepted");
-    observer_.require(task_.status(result.key) == result.outcome.status(),
-                      "a wrong status is accepted");
+    const Outcome& outcome = expected->second.outcome;
+    observer_.require(outcome.reward() == result.outcome.reward(), "a wrong reward is accepted");
+    observer_.require(outcome.status() == result.outcome.status(), "a wrong status is accepted");
   }
-  const bool is_first =
-      !answered_.contains(result.key) &&
-      std::find(unwritten_.begin(), unwritten_.end(), result.key) == unwritten_.end();
-  observer_.require(is_first, "a roll-out is accepted twice");
+  observer_.require(accepted_.emplace(result.key, result.content).second,
+                    "a roll-out is accepted twice");
+  if (result.outcome.is_discarded()) expected_.erase(result.key);
   disk_.append(result);
-  unwritten_.push_back(result.key);
+  unwritten_.push_back(result);
   observer_.require(lag() <= scenario_.unsynced_results_max,
                     "more is accepted than may wait for the disk");
   if (lag() == scenario_.unsynced_results_max) observer_.count("the disk's lag at its limit");
+}
+
+void SimulatedLearner::append(const KnownWorker& worker) {
+  crash_if_due();
+  disk_.append(worker);
 }
 
 void SimulatedLearner::append(const LearningTime& time) {
@@ -180,8 +189,10 @@ void SimulatedLearner::append(const LearningTime& time) {
 void SimulatedLearner::flush() {
   crash_if_due();
   disk_.flush();
-  for (const protocol::RolloutKey key : unwritten_) note_answered(key);
-  unsynced_.insert(unsynced_.end(), unwritten_.begin(), unwritten_.end());
+  for (const AcceptedResult& result : unwritten_) {
+    note_answered(result);
+    unsynced_.emplace_back(result.key, result.content);
+  }
   unwritten_.clear();
   if (unwritten_time_) note_time(*std::exchange(unwritten_time_, std::nullopt));
   if (std::exchange(sync_is_due_, true)) return;
@@ -204,14 +215,17 @@ void SimulatedLearner::send(const protocol::Message& message) {
   surroundings_.send(std::make_shared<const protocol::Message>(message));
 }
 
-void SimulatedLearner::note_answered(protocol::RolloutKey key) {
-  answered_.insert(key);
+void SimulatedLearner::note_answered(const AcceptedResult& result) {
+  const protocol::RolloutKey key = result.key;
   open_.erase(key);
+  if (result.outcome.is_discarded() && ++num_discards_[key] <= study_.discards_max) return;
+  if (result.outcome.is_discarded()) observer_.count("roll-outs given up");
+  answered_.emplace(key, result.outcome);
   if (key.number < 0) return;
   int& applied = num_applied_[static_cast<std::size_t>(key.run)];
   const auto apply = [&](int number) {
     ++applied;
-    num_failed_ += task_.status({key.run, number}) == RolloutStatus::kOk ? 0 : 1;
+    num_failed_ += answered_.at({key.run, number}).is_ok() ? 0 : 1;
   };
   if (!study_.in_sequence) return apply(key.number);
   while (answered_.contains({key.run, applied})) apply(applied);
@@ -224,18 +238,41 @@ void SimulatedLearner::note_time(const LearningTime& time) {
   ends_ = num_applied_;
 }
 
+/// One of its applied roll-outs was discarded too often.
+bool SimulatedLearner::is_given_up(int run) const {
+  return std::any_of(answered_.begin(), answered_.end(), [&](const auto& answer) {
+    const auto& [key, outcome] = answer;
+    const bool is_applied =
+        !study_.in_sequence || key.number < num_applied_[static_cast<std::size_t>(run)];
+    return key.run == run && key.number >= 0 && is_applied && outcome.is_discarded();
+  });
+}
+
 /// What is asked for belongs to a run that may still draw, or is the evaluation of one that has
 /// ended.
 void SimulatedLearner::check_ends(protocol::RolloutKey key) {
   const auto run = static_cast<std::size_t>(key.run);
   const explore::ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
-  if (key.number == learner::Run::kEvaluation) {
-    observer_.require(ends_ || num_applied_[run] == exploration.num_rollouts,
-                      "a run is evaluated that has not ended");
+  if (key.number == learner::Run::kStart) return;
+  if (key.number < 0) {
+    observer_.require(
+        ends_ || is_given_up(key.run) || num_applied_[run] == exploration.num_rollouts,
+        "a run is evaluated that has not ended");
   } else if (ends_) {
     observer_.require(key.number < (*ends_)[run] + exploration.in_flight,
                       "a roll-out is drawn although the time is up");
   }
+}
+
+/// As the request has it, or as it names it.
+std::vector<double> SimulatedLearner::theta_of(const protocol::RolloutRequest& request) {
+  if (!request.theta_id) return request.theta;
+  const Eigen::VectorXd& drawn = core_.ledger().find(request.key)->question.theta;
+  std::vector<double> theta(drawn.begin(), drawn.end());
+  observer_.require(content_hash(protocol::content_of_theta(theta)) == *request.theta_id,
+                    "a request names another theta");
+  observer_.count("thetas in pieces");
+  return theta;
 }
 
 void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
@@ -246,6 +283,8 @@ void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
   }
   for (const protocol::RolloutRequest& request : batch.rollouts) {
     const protocol::RolloutKey key = request.key;
+    observer_.require(hearing_.contains(request.worker_id),
+                      "a roll-out is leased to a worker that has not said that it hears");
     observer_.require(!answered_.contains(key), "an answered roll-out is asked for");
     const explore::ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
     const int applied = num_applied_[static_cast<std::size_t>(key.run)];
@@ -254,13 +293,19 @@ void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
     observer_.require(key.number < applied + exploration.in_flight,
                       "more roll-outs are in flight than the journal permits");
     check_ends(key);
-    const auto [place, is_new] =
-        expected_.emplace(key, Expected{request.content, task_.reward(key, request.theta)});
+    const auto [place, is_new] = expected_.emplace(
+        key, Expected{request.content, task_.outcome(key, request.task_seed, theta_of(request))});
     observer_.require(is_new || place->second.content == request.content,
                       "a roll-out is asked again with another question");
+    const auto num_discards = num_discards_.find(key);
+    const int trial = num_discards == num_discards_.end() ? 0 : num_discards->second;
+    observer_.require(request.task_seed == learner::task_seed(study_, key.run % study_.repetitions,
+                                                              key.number, trial),
+                      "a trial has not the seed of its number");
     open_.insert(key);
   }
   for (const protocol::Acknowledgement& acknowledgement : batch.acknowledgements) {
+    greeted_.try_emplace(acknowledgement.worker_id, batch.sequence);
     auto& answers = observer_.answers[{acknowledgement.worker_id, id_}];
     while (!answers.empty() && answers.begin()->first <= acknowledgement.result_index) {
       observer_.require(synced_.contains(answers.begin()->second),
@@ -320,11 +365,16 @@ void SimulatedLearner::check_lost_requests(const protocol::WorkerStatus& status)
   const auto held = std::find_if(status.held.begin(), status.held.end(),
                                  [this](const auto& of) { return of.learner_id == id_; });
   if (held == status.held.end()) return;
+  const auto greeted = greeted_.find(status.worker_id);
+  if (greeted != greeted_.end() && held->last_batch >= greeted->second) {
+    hearing_.insert(status.worker_id);
+  }
   if (held->last_index > heard_[status.worker_id].last_result) return;
   for (const protocol::RolloutKey key : open_) {
+    if (key < held->first || key > held->last) continue;
     const learner::Ledger::Entry* entry = core_.ledger().find(key);
-    const bool stays = entry && entry->lease && entry->lease->worker == status.worker_id &&
-                       entry->lease->batch <= held->last_batch;
+    const learner::Ledger::Lease* lease = entry ? entry->lease_of(status.worker_id) : nullptr;
+    const bool stays = lease && lease->batch <= held->last_batch;
     observer_.require(
         !stays || std::find(held->keys.begin(), held->keys.end(), key) != held->keys.end(),
         "a roll-out stays leased to a worker that says it does not have it");
@@ -335,10 +385,11 @@ void SimulatedLearner::check_leases_of_the_silent() {
   if (dead_ || core_.outcome() != learner::LearnerCore::Outcome::kRunning) return;
   for (const protocol::RolloutKey key : open_) {
     const learner::Ledger::Entry* entry = core_.ledger().find(key);
-    if (!entry || !entry->lease) continue;
-    observer_.require(
-        heard_[entry->lease->worker].time + protocol::kWorkerSilence > schedule_.now(),
-        "a roll-out stays leased to a worker that has left");
+    if (!entry) continue;
+    for (const learner::Ledger::Lease& lease : entry->leases) {
+      observer_.require(heard_[lease.worker].time + protocol::kWorkerSilence > schedule_.now(),
+                        "a roll-out stays leased to a worker that has left");
+    }
   }
 }
 

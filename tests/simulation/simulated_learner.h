@@ -51,6 +51,7 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   void sync();
 
   void append(const AcceptedResult& result) override;
+  void append(const KnownWorker& worker) override;
   void append(const LearningTime& time) override;
   void flush() override;
   void send(const protocol::Message& message) override;
@@ -61,9 +62,11 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   std::int64_t lag() const {
     return static_cast<std::int64_t>(unwritten_.size() + unsynced_.size());
   }
-  void note_answered(protocol::RolloutKey key);
+  void note_answered(const AcceptedResult& result);
+  bool is_given_up(int run) const;
   void note_time(const LearningTime& time);
   void check_ends(protocol::RolloutKey key);
+  std::vector<double> theta_of(const protocol::RolloutRequest& request);
   void check_batch(const protocol::RolloutBatch& batch);
   void check_told(const protocol::Message& message);
   void check_counters();
@@ -74,7 +77,7 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   /// What a roll-out that is asked for must come to.
   struct Expected {
     std::int64_t content = 0;
-    double reward = 0;
+    Outcome outcome;  ///< but for the reason
   };
   /// What this learner has read of a worker.
   struct Heard {
@@ -100,17 +103,21 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   std::int64_t num_reissued_ = 0;
   std::int64_t num_failed_ = 0;  ///< applied and failed, as the journal has them
   std::map<protocol::RolloutKey, Expected> expected_;
-  std::set<protocol::RolloutKey> open_;          ///< asked for and not answered
-  std::vector<protocol::RolloutKey> unwritten_;  ///< appended, in this process alone
-  std::set<protocol::RolloutKey> answered_;      ///< written
-  std::vector<protocol::RolloutKey> unsynced_;   ///< written, not synced
-  std::set<protocol::RolloutKey> synced_;
+  std::set<protocol::RolloutKey> open_;               ///< asked for and not answered
+  std::vector<AcceptedResult> unwritten_;             ///< appended, in this process alone
+  std::set<Observer::Question> accepted_;             ///< appended
+  std::map<protocol::RolloutKey, Outcome> answered_;  ///< written, but for trials made again
+  std::map<protocol::RolloutKey, int> num_discards_;  ///< written
+  std::vector<Observer::Question> unsynced_;          ///< written, not synced
+  std::set<Observer::Question> synced_;
   std::vector<int> num_applied_;  ///< by run, as the journal has it
   TimePoint started_at_;
   Duration learnt_before_{};                    ///< by earlier incarnations, as the journal has it
   std::optional<LearningTime> unwritten_time_;  ///< appended, in this process alone
   std::optional<std::vector<int>> ends_;  ///< num_applied_ when the journal said the time is up
   std::map<protocol::WorkerId, Heard> heard_;
+  std::map<protocol::WorkerId, std::int64_t> greeted_;  ///< in the batch of this sequence
+  std::set<protocol::WorkerId> hearing_;                ///< have said that they had read that
 };
 
 }  // namespace treeroll::simulation

@@ -6,6 +6,7 @@
 
 #include "common/base/check.h"
 #include "common/policy/kinds/standard_policies.h"
+#include "common/protocol/timings.h"
 
 namespace treeroll::simulation {
 namespace {
@@ -33,8 +34,9 @@ worker::WorkerSettings settings_of(const Scenario& scenario, Dice& dice, int slo
   return settings;
 }
 
-worker::DefinitionFacts facts_of(worker::DefinitionKind kind, const std::string& content) {
-  worker::DefinitionFacts facts{.input_dim = 1, .output_dim = 1, .time_limit = kTaskTimeLimit};
+worker::DefinitionFacts facts_of(worker::DefinitionKind kind, const std::string& content,
+                                 Duration time_limit) {
+  worker::DefinitionFacts facts{.input_dim = 1, .output_dim = 1, .time_limit = time_limit};
   if (kind == worker::DefinitionKind::kTask) return facts;
   // The same few policies come again and again, and reading one takes longer than all the rest.
   static std::map<std::string, int> theta_dims;
@@ -72,6 +74,11 @@ void SimulatedWorker::drain() {
   later(Duration{}, [this] { step(worker::DrainRequested{}); });
 }
 
+void SimulatedWorker::stop_for(Duration length) {
+  stop_until(schedule_.now() + length);
+  for (auto& [id, heard] : heard_) heard += length;
+}
+
 void SimulatedWorker::kill_evaluators() {
   for (int i = 0; i < settings_.num_evaluators; ++i) {
     if (!evaluators_[static_cast<std::size_t>(i)].up) continue;
@@ -86,8 +93,17 @@ void SimulatedWorker::kill_evaluators_until(TimePoint end) {
   kill_evaluators();
 }
 
+void SimulatedWorker::stick() { stuck_ = true; }
+
 void SimulatedWorker::on_inbox(std::vector<MessagePointer> messages) {
-  for (const MessagePointer& message : messages) take(worker::MessageReceived{*message});
+  for (const MessagePointer& message : messages) {
+    if (const auto* batch = std::get_if<protocol::RolloutBatch>(&*message)) {
+      heard_[batch->learner_id] = schedule_.now();
+    } else if (const auto* status = std::get_if<protocol::LearnerStatus>(&*message)) {
+      heard_[status->learner_id] = schedule_.now();
+    }
+    take(worker::MessageReceived{*message});
+  }
   step(worker::InboxDrained{});
 }
 
@@ -134,6 +150,7 @@ void SimulatedWorker::perform(const worker::SendMessage& effect) {
   if (auto* status = std::get_if<protocol::WorkerStatus>(&message)) {
     status->receive_buffer_bytes = kReceiveBufferBytes;
     check_room(*status);
+    check_learners(*status);
   } else if (const auto* batch = std::get_if<protocol::RewardBatch>(&message)) {
     note_answers(*batch);
   }
@@ -158,12 +175,21 @@ void SimulatedWorker::check_room(const protocol::WorkerStatus& status) {
                     "a worker keeps roll-outs although its evaluators die again and again");
 }
 
+void SimulatedWorker::check_learners(const protocol::WorkerStatus& status) {
+  for (const protocol::HeldRollouts& held : status.held) {
+    const bool is_gone = heard_[held.learner_id] + protocol::kLearnerGone < schedule_.now();
+    observer_.require(!is_gone || held.keys.empty(),
+                      "a worker keeps the roll-outs of a learner that is gone");
+  }
+}
+
 void SimulatedWorker::note_answers(const protocol::RewardBatch& batch) {
   auto& answers = observer_.answers[{settings_.worker_id, batch.learner_id}];
   for (std::size_t i = 0; i < batch.results.size(); ++i) {
     const std::int64_t index = batch.first_index + static_cast<std::int64_t>(i);
-    const auto [place, is_new] = answers.emplace(index, batch.results[i].key);
-    observer_.require(is_new || place->second == batch.results[i].key,
+    const Observer::Question question(batch.results[i].key, batch.results[i].content);
+    const auto [place, is_new] = answers.emplace(index, question);
+    observer_.require(is_new || place->second == question,
                       "a worker gives one index to two answers");
   }
   observer_.require(batch.free_slots >= 0, "a worker holds more than it has room for");
@@ -200,15 +226,16 @@ void SimulatedWorker::perform(const worker::LoadDefinition& effect) {
   Evaluator& evaluator = evaluators_[static_cast<std::size_t>(effect.evaluator)];
   begin(evaluator, effect.job);
   evaluator.cpu_time_max = scenario_.load_time;
-  from_evaluator(effect.evaluator, scenario_.load_time, [effect](Evaluator& self) {
+  from_evaluator(effect.evaluator, scenario_.load_time, [this, effect](Evaluator& self) {
     self.job = 0;
     self.known.insert(effect.name);
     return worker::DefinitionLoaded{
         .evaluator = effect.evaluator,
         .name = effect.name,
         .accepted = true,
-        .text = effect.name.kind == worker::DefinitionKind::kTask ? kTaskDescription : "",
-        .facts = facts_of(effect.name.kind, effect.content)};
+        .text = effect.name.kind == worker::DefinitionKind::kTask ? task_description(scenario_.task)
+                                                                  : "",
+        .facts = facts_of(effect.name.kind, effect.content, scenario_.task.time_limit)};
   });
 }
 
@@ -234,6 +261,10 @@ void SimulatedWorker::perform(const worker::RunRollout& effect) {
     die(index, dice_.between(Duration{}, duration), worker::Death::kForeignSignal, kSigkill);
     return;
   }
+  if (stuck_) {
+    observer_.count("roll-outs that never end");
+    return;
+  }
   const Fate fate = task_.fate(request.key);
   const bool crashes =
       fate == Fate::kCrashes || (fate == Fate::kFlaky && num_flaky_deaths_[request.key] < 2);
@@ -249,18 +280,15 @@ void SimulatedWorker::perform(const worker::RunRollout& effect) {
     return;
   }
   evaluator.cpu_time_max = duration;
-  const RolloutStatus status = task_.status(request.key);
-  if (status == RolloutStatus::kDiverged) observer_.count("roll-outs diverged");
-  from_evaluator(index, duration,
-                 [index, job = effect.job, duration, status,
-                  reward = task_.reward(request.key, request.theta)](Evaluator& self) {
-                   self.job = 0;
-                   self.num_killed = 0;
-                   return worker::RolloutEvaluated{.evaluator = index,
-                                                   .job = job,
-                                                   .outcome = {reward, status},
-                                                   .duration_ns = duration.count()};
-                 });
+  const Outcome outcome = task_.outcome(request.key, request.task_seed, request.theta);
+  if (outcome.status() == RolloutStatus::kDiverged) observer_.count("roll-outs diverged");
+  if (outcome.is_discarded()) observer_.count("trials discarded");
+  from_evaluator(index, duration, [index, job = effect.job, duration, outcome](Evaluator& self) {
+    self.job = 0;
+    self.num_killed = 0;
+    return worker::RolloutEvaluated{
+        .evaluator = index, .job = job, .outcome = outcome, .duration_ns = duration.count()};
+  });
 }
 
 void SimulatedWorker::perform(const worker::AskCpuTime& effect) {

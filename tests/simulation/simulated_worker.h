@@ -27,9 +27,13 @@ class SimulatedWorker : public Node {
 
   void start() { step(worker::Started{}); }
   void drain();
+  /// SIGSTOP: that it hears nothing for so long is nobody's silence.
+  void stop_for(Duration length);
   void kill_evaluators();
   /// Those that live, and until then each new one, be it at its start or at its first roll-out.
   void kill_evaluators_until(TimePoint end);
+  /// No roll-out that is begun from now on ends.
+  void stick();
 
  private:
   struct Evaluator {
@@ -65,6 +69,7 @@ class SimulatedWorker : public Node {
   void perform(const worker::Exit& effect);
 
   void check_room(const protocol::WorkerStatus& status);
+  void check_learners(const protocol::WorkerStatus& status);
   void note_answers(const protocol::RewardBatch& batch);
   void begin(Evaluator& evaluator, std::int64_t job);
 
@@ -79,6 +84,8 @@ class SimulatedWorker : public Node {
   std::map<protocol::RolloutKey, int> num_flaky_deaths_;
   TimePoint killed_until_{};
   bool draining_ = false;
+  bool stuck_ = false;
+  std::map<protocol::LearnerId, TimePoint> heard_;  ///< its learners
 };
 
 }  // namespace treeroll::simulation

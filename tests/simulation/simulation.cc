@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "learner/results/run_counts.h"
 #include "tests/simulation/broken_check.h"
 #include "tests/simulation/reference.h"
 
@@ -21,7 +22,8 @@ constexpr int kActionsMax = 5'000'000;
 /// What a journal says of the ends of its runs, counted apart from the core.
 struct Ends {
   std::set<protocol::RolloutKey> keys;  ///< of all results
-  std::size_t num_results = 0;
+  std::size_t num_results = 0;          ///< but for trials that were made again
+  std::map<protocol::RolloutKey, int> num_discards;
   bool time_was_up = false;
   std::vector<int> num_applied;  ///< by run, when the time was up; empty if it was not
 };
@@ -31,6 +33,8 @@ Ends ends_of(const Study& study, const std::vector<JournalRecord>& journal) {
   std::vector<int> num_applied(static_cast<std::size_t>(study.num_runs()));
   for (const JournalRecord& record : journal) {
     if (const auto* result = std::get_if<AcceptedResult>(&record)) {
+      const bool is_discarded = result->outcome.is_discarded();
+      if (is_discarded && ++ends.num_discards[result->key] <= study.discards_max) continue;
       ++ends.num_results;
       ends.keys.insert(result->key);
       const int run = result->key.run;
@@ -64,6 +68,7 @@ Simulation::Simulation(const Scenario& scenario)
       learners_(scenario.studies.size()),
       workers_(scenario.workers.size()),
       generations_(scenario.workers.size()),
+      stuck_(scenario.workers.size()),
       absence_(scenario.workers.size()) {}
 
 void Simulation::run() {
@@ -100,6 +105,7 @@ void Simulation::start_learner(int index) {
   LearnerSlot& slot = learners_[static_cast<std::size_t>(index)];
   SimulatedLearner::Surroundings surroundings;
   surroundings.send = [this](const Node::MessagePointer& message) {
+    network_.note_published(*message);
     for (int worker = 0; worker < static_cast<int>(workers_.size()); ++worker) {
       network_.send(worker, Network::Direction::kToWorker, message);
     }
@@ -120,6 +126,10 @@ void Simulation::start_learner(int index) {
 void Simulation::restart_learner(int index) {
   LearnerSlot& slot = learners_[static_cast<std::size_t>(index)];
   slot.process.reset();
+  if (slot.dies) {
+    ++num_done_;
+    return;
+  }
   schedule_.after(slot.absence, [this, index] { start_learner(index); });
 }
 
@@ -139,6 +149,7 @@ void Simulation::start_worker(int slot) {
   workers_[place] = std::make_unique<SimulatedWorker>(
       scenario_, schedule_, observer_, slot, generation,
       SimulatedWorker::Surroundings{[this, slot](const Node::MessagePointer& message) {
+                                      network_.note_published(*message);
                                       network_.send(slot, Network::Direction::kToLearner, message);
                                     },
                                     [this, slot, place, generation] {
@@ -147,6 +158,7 @@ void Simulation::start_worker(int slot) {
                                           remove_worker(slot, absence_[place]);
                                       });
                                     }});
+  if (stuck_[place]) workers_[place]->stick();
   workers_[place]->start();
 }
 
@@ -178,16 +190,28 @@ void Simulation::strike_worker(const Incident& incident) {
     case Kind::kWorkerStop:
       if (!worker) return;
       observer_.count("workers stopped for a while");
-      return worker->stop_until(end);
+      return worker->stop_for(incident.length);
     case Kind::kEvaluatorsKilled:
       if (worker) worker->kill_evaluators();
       return;
     case Kind::kEvaluatorsDying:
       if (worker) worker->kill_evaluators_until(end);
       return;
+    case Kind::kWorkerDeaf:
+      observer_.count("workers deaf for ever");
+      return network_.deafen(incident.slot);
+    case Kind::kEvaluatorsStuck:
+      observer_.count("workers stuck for ever");
+      stuck_[place] = true;
+      if (worker) worker->stick();
+      return;
+    case Kind::kPlayback:
+      observer_.count("recordings played");
+      return network_.play_back(incident.speed);
     case Kind::kPartition:
       observer_.count("partitions");
       return network_.cut(incident.slot, end);
+    case Kind::kLearnerDies:
     case Kind::kLearnerCrash:
     case Kind::kLearnerExit:
     case Kind::kLearnerStop:
@@ -203,6 +227,11 @@ void Simulation::strike_learner(const Incident& incident) {
     return slot.process->stop_until(schedule_.now() + incident.length);
   }
   slot.absence = incident.length;
+  if (incident.kind == Kind::kLearnerDies) {
+    observer_.count("learners that never come back");
+    slot.dies = true;
+    return slot.process->crash_at_next_effect();
+  }
   if (incident.kind == Kind::kLearnerCrash) return slot.process->crash_at_next_effect();
   observer_.count("learner asked to stop");
   slot.process->stop();
@@ -211,17 +240,28 @@ void Simulation::strike_learner(const Incident& incident) {
 Duration Simulation::patience() const {
   // A roll-out that hangs takes three evaluators, each blocked for twice its limit and a second
   // after it has computed; four times as long is a lease that was lost together with its worker.
-  const Duration hanging = 5 * 3 * (scenario_.task.duration_max + 2 * kTaskTimeLimit + seconds(1));
+  const Duration hanging =
+      5 * 3 * (scenario_.task.duration_max + 2 * scenario_.task.time_limit + seconds(1));
+  // A roll-out that is held for ever is given to another worker after a second or four durations,
+  // a deaf worker may have it for some leases.
+  const bool lasting = std::any_of(
+      scenario_.incidents.begin(), scenario_.incidents.end(), [](const Incident& incident) {
+        return incident.kind == Kind::kEvaluatorsStuck || incident.kind == Kind::kWorkerDeaf;
+      });
+  const Duration held = lasting ? 3 * (seconds(1) + 4 * scenario_.task.duration_max) : Duration{};
   Duration sum = seconds(60);
   const VirtualTask task(scenario_.seed, scenario_.task);
   for (const Study& study : scenario_.studies) {
     for (int run = 0; run < study.num_runs(); ++run) {
       const int num_rollouts = condition_of(study, run).exploration.num_rollouts;
-      for (int number = -1; number < num_rollouts; ++number) {
-        sum += task.fate({run, number}) == Fate::kHangs
-                   ? hanging
-                   : 4 * scenario_.task.duration_max + 2 * scenario_.network.delay_max +
-                         std::chrono::milliseconds(20);
+      const int first = learner::Run::final_number(study.final_evaluations);
+      for (int number = first; number < num_rollouts; ++number) {
+        const int num_trials = scenario_.task.discarding > 0 ? study.discards_max + 1 : 1;
+        sum +=
+            task.fate({run, number}) == Fate::kHangs
+                ? hanging
+                : num_trials * (4 * scenario_.task.duration_max + 2 * scenario_.network.delay_max +
+                                std::chrono::milliseconds(20) + held);
       }
     }
   }
@@ -237,7 +277,7 @@ void Simulation::check_outcome(int index) {
   if (!journal) return;
   const Ends ends = ends_of(study, *journal);
   if (ends.time_was_up) observer_.count("studies ended by their time");
-  std::size_t expected = records.size();
+  std::size_t expected = records.size() * (1 + static_cast<std::size_t>(study.final_evaluations));
   for (const RunRecord& run : records) expected += run.rollouts.size();
   observer_.require(ends.keys.size() == expected, "the journal has not each answer once");
   observer_.require(ends.num_results == expected, "the journal has an answer twice");
@@ -248,12 +288,18 @@ void Simulation::check_outcome(int index) {
             ? std::min(exploration.num_rollouts,
                        ends.num_applied[static_cast<std::size_t>(run.run)] + exploration.in_flight)
             : exploration.num_rollouts;
-    observer_.require(run.rollouts.size() == static_cast<std::size_t>(num_drawn),
+    const bool is_given_up = num_with(run, RolloutStatus::kDiscarded) > 0;
+    observer_.require(is_given_up ? run.rollouts.size() <= static_cast<std::size_t>(num_drawn)
+                                  : run.rollouts.size() == static_cast<std::size_t>(num_drawn),
                       "a run has not exactly its roll-outs");
     observer_.require(std::none_of(run.rollouts.begin(), run.rollouts.end(),
                                    [](const auto& rollout) { return rollout.layer == 0; }),
                       "a roll-out has no result");
-    observer_.require(run.final_reward.has_value(), "a run has no final evaluation");
+    observer_.require(run.start.has_value(), "a start policy is not evaluated");
+    observer_.require(run.finals.size() == static_cast<std::size_t>(study.final_evaluations) &&
+                          run.final_reward == mean_reward(run.finals),
+                      "a run has no final evaluation");
+    if (is_given_up) continue;
     if (!ends.time_was_up)
       observer_.require(exploration.convergence_slope < kAnySlope ||
                             static_cast<int>(run.switches.size()) == exploration.last_layer - 1,

@@ -21,6 +21,7 @@ class Simulation {
 
   const Observer& observer() const { return observer_; }
   TimePoint end() const { return schedule_.now(); }
+  const Network& network() const { return network_; }
 
  private:
   void advance_to_the_end();
@@ -45,10 +46,12 @@ class Simulation {
     std::unique_ptr<SimulatedLearner> process;
     int generation = 0;
     Duration absence{};  ///< how long it stays away once gone
+    bool dies = false;   ///< once gone it stays away
   };
   std::vector<LearnerSlot> learners_;
   std::vector<std::unique_ptr<SimulatedWorker>> workers_;
   std::vector<int> generations_;   ///< of worker slots
+  std::vector<bool> stuck_;        ///< worker slots where no roll-out ends
   std::vector<Duration> absence_;  ///< how long a drained worker stays away
   int num_done_ = 0;
 };

@@ -6,8 +6,11 @@
 namespace treeroll::simulation {
 
 const char* const kTaskContent = R"({"name":"bump","settings":{}})";
-const char* const kTaskDescription =
-    R"({"deterministic":true,"input_dim":1,"output_dim":1,"reward_max":1.0,"reward_min":0.0,"time_limit_s":0.4})";
+
+std::string task_description(const TaskBehaviour& behaviour) {
+  return R"({"deterministic":true,"input_dim":1,"output_dim":1,"reward_max":1.0,"reward_min":0.0,"time_limit_s":)" +
+         std::to_string(to_seconds(behaviour.time_limit)) + "}";
+}
 
 Fate VirtualTask::fate(protocol::RolloutKey key) const {
   Dice dice(seed_, 1000 + static_cast<std::uint32_t>(key.run),
@@ -20,23 +23,19 @@ Fate VirtualTask::fate(protocol::RolloutKey key) const {
   return Fate::kFine;
 }
 
-RolloutStatus VirtualTask::status(protocol::RolloutKey key) const {
-  switch (fate(key)) {
-    case Fate::kCrashes:
-      return RolloutStatus::kCrashed;
-    case Fate::kHangs:
-      return RolloutStatus::kTimedOut;
-    case Fate::kDiverges:
-      return RolloutStatus::kDiverged;
-    case Fate::kFine:
-    case Fate::kFlaky:
-      break;
+Outcome VirtualTask::outcome(protocol::RolloutKey key, std::int64_t task_seed,
+                             const std::vector<double>& theta) const {
+  const Fate drawn = fate(key);
+  if (drawn == Fate::kCrashes) return Outcome::failed(RolloutStatus::kCrashed);
+  if (drawn == Fate::kHangs) return Outcome::failed(RolloutStatus::kTimedOut);
+  Dice trial(seed_, 100'000 + static_cast<std::uint32_t>(key.run),
+             static_cast<std::uint32_t>(task_seed));
+  if (trial.chance(behaviour_.discarding)) return Outcome::discarded("the trial is void");
+  if (drawn == Fate::kDiverges) {
+    return Outcome::failed(RolloutStatus::kDiverged,
+                           "roll-outs of run " + std::to_string(key.run) + " may diverge");
   }
-  return RolloutStatus::kOk;
-}
-
-double VirtualTask::reward(protocol::RolloutKey key, const std::vector<double>& theta) const {
-  return status(key) == RolloutStatus::kOk ? learner::bump(theta) : 0;
+  return Outcome::ok(learner::bump(theta));
 }
 
 }  // namespace treeroll::simulation

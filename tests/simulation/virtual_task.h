@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/rollout_status.h"
+#include "common/base/outcome.h"
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
 
@@ -17,12 +17,13 @@ struct TaskBehaviour {
   double crashing = 0;  ///< end their evaluator by a fatal signal, whenever they run
   double hanging = 0;   ///< run past the task's time limit
   double diverging = 0;
-  double flaky = 0;  ///< end two evaluators of a worker, then succeed
+  double flaky = 0;       ///< end two evaluators of a worker, then succeed
+  double discarding = 0;  ///< of trials: void, whichever worker makes them
+  Duration time_limit = std::chrono::milliseconds(400);
 };
 
-inline constexpr Duration kTaskTimeLimit = std::chrono::milliseconds(400);
 extern const char* const kTaskContent;
-extern const char* const kTaskDescription;
+std::string task_description(const TaskBehaviour& behaviour);
 
 enum class Fate { kFine, kCrashes, kHangs, kDiverges, kFlaky };
 
@@ -32,9 +33,9 @@ class VirtualTask {
   VirtualTask(std::uint64_t seed, TaskBehaviour behaviour) : seed_(seed), behaviour_(behaviour) {}
 
   Fate fate(protocol::RolloutKey key) const;
-  /// What every worker must in the end answer.
-  RolloutStatus status(protocol::RolloutKey key) const;
-  double reward(protocol::RolloutKey key, const std::vector<double>& theta) const;
+  /// What every worker must in the end answer to a trial.
+  Outcome outcome(protocol::RolloutKey key, std::int64_t task_seed,
+                  const std::vector<double>& theta) const;
 
   const TaskBehaviour& behaviour() const { return behaviour_; }
 

@@ -16,6 +16,8 @@ inline void expect_equal(const Study& a, const Study& b) {
   EXPECT_EQ(a.repetitions, b.repetitions);
   EXPECT_EQ(a.in_sequence, b.in_sequence);
   EXPECT_EQ(a.stop_after, b.stop_after);
+  EXPECT_EQ(a.final_evaluations, b.final_evaluations);
+  EXPECT_EQ(a.discards_max, b.discards_max);
   ASSERT_EQ(a.conditions.size(), b.conditions.size());
   for (std::size_t i = 0; i < a.conditions.size(); ++i) {
     const Condition& first = a.conditions[i];

@@ -13,16 +13,13 @@ namespace fs = std::filesystem;
 using study_test::error_of;
 using study_test::StudyText;
 using study_test::with;
+using study_test::write;
 using testing::HasSubstr;
 
 /// A policy that no fit gives: that of the small study with a theta of its own, at layer 2.
 std::string learnt_policy(const LoadedStudy& small) {
   const PolicyPtr policy = small.study.conditions[0].start->at_layer(2);
   return to_json(*policy->with(policy->theta() * 1.01));
-}
-
-void write(const fs::path& path, const std::string& text) {
-  std::ofstream(path, std::ios::binary) << text;
 }
 
 /// The small study, starting from the policy of the named file.
@@ -61,10 +58,10 @@ TEST(StartFileTest, TheResolvedStudyHoldsThePolicyItself) {
   write(study.folder() / "learnt.json", learnt_policy(load_study(small.path(), {})));
   const LoadedStudy loaded = load_study(study.path(), {});
   fs::remove(study.folder() / "learnt.json");
-  const StudyText resolved(loaded.resolved_toml);
+  const StudyText resolved(loaded.resolved.to_toml(""));
   const LoadedStudy again = load_study(resolved.path(), {});
   EXPECT_EQ(start_of(again), start_of(loaded));
-  EXPECT_EQ(again.resolved_toml, loaded.resolved_toml);
+  EXPECT_EQ(again.resolved.to_toml(""), loaded.resolved.to_toml(""));
 }
 
 TEST(StartFileTest, ErrorsNameTheLineAndTheFile) {
@@ -98,6 +95,27 @@ TEST(StartFileTest, WhatElseIsSaidOfThePolicyDoesNotCountButIsChecked) {
   write(study.folder() / "learnt.json", learnt);
   EXPECT_THAT(error_of(study, [](const fs::path& path) { (void)load_study(path, {}); }),
               HasSubstr("FILE:10: policy.modle = \"top_down_tree\": unknown key"));
+}
+
+TEST(StartFileTest, ConditionsThatWouldOnlyLookDifferentAreRefused) {
+  const StudyText small(study_test::kSmallStudy);
+  const fs::path file = small.folder() / "learnt.json";
+  write(file, learnt_policy(load_study(small.path(), {})));
+  const auto error_with = [&](const std::string& flat, const std::string& start_file) {
+    const std::string conditions =
+        "conditions=[{name = \"tree\"}, {name = \"flat\", " + flat + "}]";
+    try {
+      (void)load_study(small.path(), {conditions, "policy.start_file=" + start_file});
+    } catch (const StudyError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(error_with("policy.model = \"flat\"", file.string()),
+              testing::AllOf(HasSubstr("--set: policy.model = \"flat\": must be the same in all"),
+                             HasSubstr("(condition flat)")));
+  EXPECT_THAT(error_with("policy.components = [8]", file.string()), HasSubstr("policy.components"));
+  EXPECT_EQ(error_with("exploration.initial_noise_factor = 0.5", file.string()), "");
 }
 
 }  // namespace

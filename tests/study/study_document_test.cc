@@ -19,26 +19,28 @@ using testing::HasSubstr;
 
 using Overrides = std::vector<std::string>;
 
-struct Condition {
+struct DocumentCondition {
   std::string name;
   json settings;
   SettingOrigins origins;
 };
 
-std::vector<Condition> conditions_of(const StudyText& file, const Overrides& overrides = {}) {
+std::vector<DocumentCondition> conditions_of(const StudyText& file,
+                                             const Overrides& overrides = {}) {
   const StudyDocument document(file.path(), overrides);
-  std::vector<Condition> conditions;
+  std::vector<DocumentCondition> conditions;
   for (std::size_t i = 0; i < document.num_conditions(); ++i) {
-    Condition condition{.name = document.name(i), .settings = {}, .origins = {}};
+    DocumentCondition condition{.name = document.name(i), .settings = {}, .origins = {}};
     condition.origins = document.settings(i, condition.settings);
     conditions.push_back(condition);
   }
   return conditions;
 }
 
-std::vector<std::string> names_of(const std::string& text, const Overrides& overrides = {}) {
+std::vector<std::string> names_in(const std::string& text, const Overrides& overrides = {}) {
   std::vector<std::string> names;
-  for (const Condition& c : conditions_of(StudyText(text), overrides)) names.push_back(c.name);
+  for (const DocumentCondition& c : conditions_of(StudyText(text), overrides))
+    names.push_back(c.name);
   return names;
 }
 
@@ -102,13 +104,13 @@ values = [0.1, 2]
 options = [{name = "single", task.goal = 1}, {name = "multi", task.goal = 2, study.in_flight = 8}]
 )";
   EXPECT_THAT(
-      names_of(text),
+      names_in(text),
       ElementsAre("flat.initial_noise_factor=0.1.single", "flat.initial_noise_factor=0.1.multi",
                   "flat.initial_noise_factor=2.single", "flat.initial_noise_factor=2.multi",
                   "tree.initial_noise_factor=0.1.single", "tree.initial_noise_factor=0.1.multi",
                   "tree.initial_noise_factor=2.single", "tree.initial_noise_factor=2.multi"));
   const StudyText file(text);
-  const Condition last = conditions_of(file).back();
+  const DocumentCondition last = conditions_of(file).back();
   EXPECT_EQ(last.settings.at("exploration"), json::parse(R"({"initial_noise_factor":2})"));
   EXPECT_EQ(last.settings.at("task"), json::parse(R"({"goal":2})"));
   EXPECT_EQ(last.settings.at("study"), json::parse(R"({"in_flight":8})"));
@@ -117,9 +119,9 @@ options = [{name = "single", task.goal = 1}, {name = "multi", task.goal = 2, stu
 }
 
 TEST(StudyDocumentTest, AxesAloneMakeConditions) {
-  EXPECT_THAT(names_of("[[axes]]\nkey = \"task.plant\"\nvalues = [\"ode\", \"rk4\"]\n"),
+  EXPECT_THAT(names_in("[[axes]]\nkey = \"task.plant\"\nvalues = [\"ode\", \"rk4\"]\n"),
               ElementsAre("plant=ode", "plant=rk4"));
-  EXPECT_THAT(names_of("[[axes]]\nkey = \"policy.x\"\nvalues = [[1, 2.5], true]\n"),
+  EXPECT_THAT(names_in("[[axes]]\nkey = \"policy.x\"\nvalues = [[1, 2.5], true]\n"),
               ElementsAre("x=1_2.5", "x=true"));
 }
 
@@ -144,13 +146,13 @@ options = [{name = "b", exploration.gamma = 3}]
 TEST(StudyDocumentTest, TheCommandLineCanReplaceConditionsAndAxes) {
   const std::string text =
       "[[conditions]]\nname = \"a\"\n[[axes]]\nkey = \"task.x\"\nvalues = [1]\n";
-  EXPECT_THAT(names_of(text, {"conditions=[{name = \"b\"}, {name = \"c\"}]"}),
+  EXPECT_THAT(names_in(text, {"conditions=[{name = \"b\"}, {name = \"c\"}]"}),
               ElementsAre("b.x=1", "c.x=1"));
-  EXPECT_THAT(names_of(text, {"axes=[{key = \"task.x\", values = [5, 6]}]"}),
+  EXPECT_THAT(names_in(text, {"axes=[{key = \"task.x\", values = [5, 6]}]"}),
               ElementsAre("a.x=5", "a.x=6"));
 }
 
-std::string error_of(const std::string& text, const Overrides& overrides = {}) {
+std::string refusal_of_document(const std::string& text, const Overrides& overrides = {}) {
   const StudyText file(text);
   return study_test::error_of(file, [&](const auto& path) { StudyDocument(path, overrides); });
 }
@@ -160,7 +162,7 @@ constexpr const char* kOneAxis = "[[axes]]\nkey = \"exploration.gamma\"\nvalues 
 
 TEST(StudyDocumentTest, BadConditionsAreRefusedWithTheirLine) {
   const auto expect = [](const std::string& text, const std::string& error) {
-    EXPECT_EQ(error_of(text), error) << text;
+    EXPECT_EQ(refusal_of_document(text), error) << text;
   };
   expect("[study]\nname = \"x\"\n",
          "FILE: conditions: is missing: a study has [[conditions]] or [[axes]]");
@@ -173,26 +175,27 @@ TEST(StudyDocumentTest, BadConditionsAreRefusedWithTheirLine) {
   expect("[[conditions]]\nname = \"\"\n", "FILE:2: conditions[0].name = \"\": must not be empty");
   expect("[[conditions]]\nname = \"a\"\n\n[[conditions]]\nname = \"a\"\n",
          "FILE:5: conditions.name = \"a\": must be unique");
-  EXPECT_THAT(error_of("[[conditions]]\nname = \"a,b\"\n"),
+  EXPECT_THAT(refusal_of_document("[[conditions]]\nname = \"a,b\"\n"),
               HasSubstr("FILE:2: conditions.name = \"a,b\": must be 1 to 128 letters, digits"));
-  EXPECT_THAT(error_of("[[conditions]]\nname = \"../a\"\n"), HasSubstr("FILE:2: conditions.name"));
-  EXPECT_THAT(error_of("[[conditions]]\nname = \"" + std::string(129, 'a') + "\"\n"),
+  EXPECT_THAT(refusal_of_document("[[conditions]]\nname = \"../a\"\n"),
               HasSubstr("FILE:2: conditions.name"));
-  EXPECT_THAT(error_of("[[conditions]]\nname = \"a\"\nmodel = 1\n"),
+  EXPECT_THAT(refusal_of_document("[[conditions]]\nname = \"" + std::string(129, 'a') + "\"\n"),
+              HasSubstr("FILE:2: conditions.name"));
+  EXPECT_THAT(refusal_of_document("[[conditions]]\nname = \"a\"\nmodel = 1\n"),
               HasSubstr("FILE:3: conditions[0].model: unknown key; known here: name, study"));
   expect("[[conditions]]\nname = \"a\"\npolicy = 1\n",
          "FILE:3: conditions[0].policy: must be a table");
   expect("[[conditions]]\nname = \"a\"\nstudy.seed = 1\n",
          "FILE:3: conditions[0].study.seed: only study.rollouts and study.in_flight may differ "
          "between the conditions of a study");
-  EXPECT_THAT(error_of(std::string("explore.x = 1\n") + kOneCondition),
+  EXPECT_THAT(refusal_of_document(std::string("explore.x = 1\n") + kOneCondition),
               HasSubstr("FILE:1: explore: unknown key; known here: extends, study, task, policy"));
   expect(std::string("policy = 5\n") + kOneCondition, "FILE:1: policy = 5: must be a table");
 }
 
 TEST(StudyDocumentTest, BadAxesAreRefusedWithTheirLine) {
   const auto expect = [](const std::string& axis, const std::string& error) {
-    EXPECT_EQ(error_of("[[axes]]\n" + axis), error) << axis;
+    EXPECT_EQ(refusal_of_document("[[axes]]\n" + axis), error) << axis;
   };
   expect("key = \"task.x\"\n", "FILE:1: axes[0].values: is required and missing");
   expect("key = \"task.x\"\nvalues = []\n",
@@ -223,29 +226,33 @@ TEST(StudyDocumentTest, HugeGridsAreRefusedBeforeTheyAreMade) {
     for (int i = 2; i <= 500; ++i) text += ", " + std::to_string(i);
     text += "]\n";
   }
-  EXPECT_EQ(error_of(text), "FILE:1: axes: make 250000 conditions or more: must be at most 1000");
+  EXPECT_EQ(refusal_of_document(text),
+            "FILE:1: axes: make 250000 conditions or more: must be at most 1000");
   std::string many;
   for (int i = 0; i < 1001; ++i) many += "[[conditions]]\nname = \"c" + std::to_string(i) + "\"\n";
-  EXPECT_EQ(error_of(many), "FILE:1: conditions: holds 1001 entries: must be at most 1000");
+  EXPECT_EQ(refusal_of_document(many),
+            "FILE:1: conditions: holds 1001 entries: must be at most 1000");
 }
 
 TEST(StudyDocumentTest, BadOverridesAreRefusedAsComingFromTheCommandLine) {
-  EXPECT_THAT(error_of(kOneCondition, {"explore.x=1"}), HasSubstr("--set: explore.x = 1: unknown"));
-  EXPECT_THAT(error_of(kOneCondition, {"conditions.name=b"}), HasSubstr("--set: conditions.name"));
-  EXPECT_EQ(error_of(kOneCondition, {"policy=1"}), "--set: policy = 1: must be a table");
-  EXPECT_EQ(error_of(kOneCondition, {"conditions=5"}),
+  EXPECT_THAT(refusal_of_document(kOneCondition, {"explore.x=1"}),
+              HasSubstr("--set: explore.x = 1: unknown"));
+  EXPECT_THAT(refusal_of_document(kOneCondition, {"conditions.name=b"}),
+              HasSubstr("--set: conditions.name"));
+  EXPECT_EQ(refusal_of_document(kOneCondition, {"policy=1"}), "--set: policy = 1: must be a table");
+  EXPECT_EQ(refusal_of_document(kOneCondition, {"conditions=5"}),
             "--set: conditions: must be a list that is not empty");
-  EXPECT_EQ(error_of(kOneCondition, {"conditions=[{name = 5}]"}),
+  EXPECT_EQ(refusal_of_document(kOneCondition, {"conditions=[{name = 5}]"}),
             "--set: conditions[0].name = 5: must be a string");
 }
 
 TEST(StudyDocumentTest, AnOverrideOfAKeyThatAnAxisVariesIsRefused) {
   for (const char* setting : {"exploration.gamma=5", "exploration={gamma = 5}"}) {
-    EXPECT_EQ(error_of(kOneAxis, {setting}),
+    EXPECT_EQ(refusal_of_document(kOneAxis, {setting}),
               "--set: " + std::string(setting) +
                   ": exploration.gamma is varied by an axis of this study; override axes instead");
   }
-  EXPECT_EQ(error_of(kOneAxis, {"exploration.gamma2=5"}), "");
+  EXPECT_EQ(refusal_of_document(kOneAxis, {"exploration.gamma2=5"}), "");
 }
 
 }  // namespace

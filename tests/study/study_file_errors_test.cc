@@ -6,6 +6,7 @@
 
 #include "common/base/config_error.h"
 #include "common/policy/tree/tree_policy.h"
+#include "common/protocol/limits.h"
 #include "learner/study/message_sizes.h"
 #include "learner/study/study_file.h"
 #include "tests/study/small_study.h"
@@ -20,7 +21,8 @@ using study_test::with;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-std::string error_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
+std::string refusal_of_study(const std::string& text,
+                             const std::vector<std::string>& overrides = {}) {
   const StudyText file(text);
   return study_test::error_of(file, [&](const auto& path) { load_study(path, overrides); });
 }
@@ -32,8 +34,9 @@ struct BadStudy {
 
 const BadStudy kBadStudies[] = {
     {with("name = \"small\"", "name = \"small\"\nrolouts = 5"),
-     "FILE:3: study.rolouts = 5: unknown key; known here: in_flight, name, order, repetitions, "
-     "rollouts, seed, stop_after_s (condition tree)"},
+     "FILE:3: study.rolouts = 5: unknown key; known here: discards_max, final_evaluations, "
+     "in_flight, name, numeric_class, order, repetitions, rollouts, seed, stop_after_s (condition "
+     "tree)"},
     {with("name = \"small\"", "name = 5"),
      "FILE:2: study.name = 5: must be a string (condition tree)"},
     {with("name = \"small\"", ""), "FILE:1: study.name: is required and missing (condition tree)"},
@@ -63,6 +66,10 @@ const BadStudy kBadStudies[] = {
     {with("rollouts = 30", "rollouts = 90000\nrepetitions = 12\nin_flight = 90000"),
      "FILE:5: study.in_flight = 90000: the roll-outs in flight of all runs must be at most 1000000 "
      "together (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\nfinal_evaluations = 0"),
+     "FILE:4: study.final_evaluations = 0: must be an integer from 1 to 1000 (condition tree)"},
+    {with("rollouts = 30", "rollouts = 30\ndiscards_max = -1"),
+     "FILE:4: study.discards_max = -1: must be an integer from 0 to 1000000 (condition tree)"},
     {with("rollouts = 30", "rollouts = 30\nstop_after_s = 0"),
      "FILE:4: study.stop_after_s = 0: must be a finite number of at least 0.001 and at most "
      "100000000 (condition tree)"},
@@ -88,54 +95,48 @@ const BadStudy kBadStudies[] = {
 
 TEST(StudyFileErrorsTest, EachBadStudyIsRefusedWithLineKeyValueAndRule) {
   for (const BadStudy& bad : kBadStudies) {
-    EXPECT_EQ(error_of(bad.text), bad.error) << bad.text;
+    EXPECT_EQ(refusal_of_study(bad.text), bad.error) << bad.text;
   }
 }
 
 TEST(StudyFileErrorsTest, SettingsOfThePolicyAndTheExplorationAreRefusedWithTheirLine) {
-  EXPECT_THAT(error_of(with("model = \"top_down_tree\"", "modle = \"flat\"")),
+  EXPECT_THAT(refusal_of_study(with("model = \"top_down_tree\"", "modle = \"flat\"")),
               StartsWith("FILE:9: policy.modle = \"flat\": unknown key; known here: "));
-  EXPECT_THAT(error_of(with("model = \"top_down_tree\"", "model = \"round\"")),
+  EXPECT_THAT(refusal_of_study(with("model = \"top_down_tree\"", "model = \"round\"")),
               StartsWith("FILE:9: policy.model = \"round\": must be one of: "));
-  EXPECT_THAT(error_of(with("[0.01, 0.3, 0.02]", "[0.01, -0.3, 0.02]")),
+  EXPECT_THAT(refusal_of_study(with("[0.01, 0.3, 0.02]", "[0.01, -0.3, 0.02]")),
               StartsWith("FILE:11: exploration.noise_variance = [0.01,-0.3,0.02]: each number of "
                          "the list must be"));
-  EXPECT_THAT(error_of(kSmallStudy + "policy.demonstration.sample = 5\n"),
+  EXPECT_THAT(refusal_of_study(kSmallStudy + "policy.demonstration.sample = 5\n"),
               StartsWith("FILE:14: policy.demonstration.sample = 5: unknown key"));
 }
 
 TEST(StudyFileErrorsTest, BadOverridesAreShownAsComingFromTheCommandLine) {
-  EXPECT_EQ(error_of(kSmallStudy, {"study.rollouts=-5"}),
+  EXPECT_EQ(refusal_of_study(kSmallStudy, {"study.rollouts=-5"}),
             "--set: study.rollouts = -5: must be an integer from 1 to 100000000 (condition tree)");
-  EXPECT_THAT(error_of(kSmallStudy, {"study.rolouts=5"}),
+  EXPECT_THAT(refusal_of_study(kSmallStudy, {"study.rolouts=5"}),
               StartsWith("--set: study.rolouts = 5: unknown key; known here: "));
-  EXPECT_EQ(error_of(kSmallStudy, {"study.rollouts=many"}),
+  EXPECT_EQ(refusal_of_study(kSmallStudy, {"study.rollouts=many"}),
             "--set: study.rollouts = \"many\": must be an integer from 1 to 100000000 "
             "(condition tree)");
-  EXPECT_EQ(error_of(kSmallStudy, {"study={name = \"x\", seed = 1.5}"}),
+  EXPECT_EQ(refusal_of_study(kSmallStudy, {"study={name = \"x\", seed = 1.5}"}),
             "--set: study.seed = 1.5: must be an integer from 0 to 9223372036854775807 "
             "(condition tree)");
 }
 
-TEST(StudyFileErrorsTest, ATaskTooLargeForAMessageIsRefusedWithItsSize) {
-  const std::string words(70'000, 'x');
-  EXPECT_EQ(error_of(with("plant = \"rk4\"", "plant = \"" + words + "\"")),
-            "FILE:4: task: is too large for a message: 70058 bytes, must be at most 64000 "
-            "(condition tree)");
-}
-
-/// `size` components at equal distances.
-Condition condition_with_components(int size) {
+/// `size` components at equal distances, of one input.
+Condition condition_with_components(int size, int num_variables = 2) {
   std::vector<Component> components;
   for (int k = 0; k < size; ++k) {
-    components.push_back(
-        {.prior = 1, .mean = Eigen::Vector2d(k, 0), .covariance = Eigen::Matrix2d::Identity()});
+    components.push_back({.prior = 1,
+                          .mean = k * Eigen::VectorXd::Unit(num_variables, 0),
+                          .covariance = Eigen::MatrixXd::Identity(num_variables, num_variables)});
   }
   return {.name = "large",
           .task_content = "{}",
           .start = std::make_shared<TreePolicy>(
               TreeModel::from_global(FrameKind::kEigenvector, {Gmm(1, components)}, {{}}), 1,
-              ThetaLayout::kMeansCholesky),
+              num_variables == 2 ? ThetaLayout::kMeansCholesky : ThetaLayout::kMeans),
           .exploration = {}};
 }
 
@@ -148,27 +149,44 @@ std::string size_error_of(const Condition& condition) {
   return "";
 }
 
+TEST(StudyFileErrorsTest, ATaskTooLargeForAMessageIsRefusedWithItsSize) {
+  Condition condition = condition_with_components(2);
+  condition.task_content.assign(1'100'000, 'x');
+  EXPECT_EQ(size_error_of(condition),
+            "task: is too large to be sent: 1100000 bytes, must be at most 1048576");
+}
+
 TEST(StudyFileErrorsTest, APolicyTooLargeForAMessageIsRefusedWithItsSize) {
-  EXPECT_EQ(size_error_of(condition_with_components(64)), "");
-  EXPECT_THAT(size_error_of(condition_with_components(1000)),
-              HasSubstr("policy: is too large for a message: up to "));
+  EXPECT_EQ(size_error_of(condition_with_components(1000)), "");
+  EXPECT_THAT(size_error_of(condition_with_components(200, 20)),
+              HasSubstr("policy: is too large to be sent: up to "));
   EXPECT_EQ(size_error_of(condition_with_components(1400)),
             "policy: is too large: theta of layer 1 has 4200 elements, must be at most 4096");
 }
 
 TEST(StudyFileErrorsTest, APolicyIsMeasuredWithEveryNumberAtItsLongest) {
-  // The text of 300 round Gaussians fits a message; what they are after learning would not.
-  const Condition condition = condition_with_components(300);
+  // The text of 200 round Gaussians is short enough; what they are after learning would not be.
+  const Condition condition = condition_with_components(200, 20);
   const Policy& policy = *condition.start;
-  EXPECT_LT(to_json(policy).size(), 64'000U);
-  EXPECT_THAT(size_error_of(condition), HasSubstr("is too large for a message"));
+  EXPECT_LT(to_json(policy).size(), protocol::kDefinitionBytesMax);
+  EXPECT_THAT(size_error_of(condition), HasSubstr("is too large to be sent"));
 }
 
 TEST(StudyFileErrorsTest, AStudyWhoseResolvedFormIsTooLargeIsRefused) {
-  std::string text = with("plant = \"rk4\"", "plant = \"" + std::string(5000, 'x') + "\"");
-  text += "[[axes]]\nkey = \"exploration.first_update\"\nvalues = [10";
-  for (int i = 11; i < 310; ++i) text += ", " + std::to_string(i);
-  EXPECT_THAT(error_of(text + "]\n"), HasSubstr("FILE: the study is too large: with all settings"));
+  const auto error_of_600 = [](const std::string& plant) {
+    std::string text = with("plant = \"rk4\"", "plant = " + plant);
+    text += "[[axes]]\nkey = \"exploration.first_update\"\nvalues = [10";
+    for (int i = 11; i < 610; ++i) text += ", " + std::to_string(i);
+    return refusal_of_study(text + "]\n");
+  };
+  std::string numbers = "[1";
+  for (int i = 0; i < 1000; ++i) numbers += ", 1";
+  EXPECT_THAT(error_of_600(numbers + "]"),
+              HasSubstr("FILE: the study is too large: with all settings of each condition"));
+  // Long strings cost a parser little, but not nothing.
+  EXPECT_EQ(error_of_600("\"" + std::string(5000, 'x') + "\""), "");
+  EXPECT_THAT(error_of_600("\"" + std::string(60'000, 'x') + "\""),
+              HasSubstr("FILE: the study is too large: with all settings, demonstrations"));
 }
 
 }  // namespace

@@ -46,9 +46,15 @@ TEST(StudyFileTest, AStudyIsReadWithItsDefaults) {
 
 TEST(StudyFileTest, AStudyMayBeLearntForATimeAndItsResolvedFormSaysSo) {
   EXPECT_EQ(load(kSmallStudy).study.stop_after, std::nullopt);
+  EXPECT_EQ(load(kSmallStudy).study.final_evaluations, 1);
+  EXPECT_EQ(load(kSmallStudy).study.discards_max, 10);
+  const LoadedStudy valued =
+      load(kSmallStudy, {"study.final_evaluations=20", "study.discards_max=0"});
+  EXPECT_EQ(load(valued.resolved.to_toml("")).study.final_evaluations, 20);
+  EXPECT_EQ(load(valued.resolved.to_toml("")).study.discards_max, 0);
   const LoadedStudy timed = load(kSmallStudy, {"study.stop_after_s=1.5"});
   EXPECT_EQ(timed.study.stop_after, std::chrono::milliseconds(1500));
-  EXPECT_EQ(load(timed.resolved_toml).study.stop_after, std::chrono::milliseconds(1500));
+  EXPECT_EQ(load(timed.resolved.to_toml("")).study.stop_after, std::chrono::milliseconds(1500));
 }
 
 TEST(StudyFileTest, FilesOfADemonstrationStandBesideTheStudy) {
@@ -64,7 +70,7 @@ TEST(StudyFileTest, FilesOfADemonstrationStandBesideTheStudy) {
   const LoadedStudy loaded = load_study(file.path(), {});
   EXPECT_NEAR(tree_policy(*loaded.study.conditions[0].start).tree().finest()[3].mean[0], 2.1, .4);
   // Resolved, the study can stand anywhere.
-  const LoadedStudy again = load_study(StudyText(loaded.resolved_toml).path(), {});
+  const LoadedStudy again = load_study(StudyText(loaded.resolved.to_toml("")).path(), {});
   study_test::expect_equal(again.study, loaded.study);
   // Named without a folder, it stands in the current one.
   const std::filesystem::path before = std::filesystem::current_path();
@@ -137,14 +143,14 @@ key = "exploration.initial_noise_factor"
 values = [0.1, 1e-5, 3]
 )",
                                  {"study.repetitions=3"});
-  const LoadedStudy second = load(first.resolved_toml);
+  const LoadedStudy second = load(first.resolved.to_toml(""));
   study_test::expect_equal(first.study, second.study);
-  EXPECT_EQ(second.resolved_toml, first.resolved_toml);
+  EXPECT_EQ(second.resolved.to_toml(""), first.resolved.to_toml(""));
   EXPECT_EQ(first.study.num_runs(), 18);
 }
 
 TEST(StudyFileTest, TheResolvedStudyHoldsWhatADefaultWas) {
-  const std::string resolved = load(kSmallStudy).resolved_toml;
+  const std::string resolved = load(kSmallStudy).resolved.to_toml("");
   EXPECT_THAT(resolved, HasSubstr("order = \"sequence\""));
   EXPECT_THAT(resolved, HasSubstr("layout = \"means_cholesky\""));
   EXPECT_THAT(resolved, HasSubstr("initial_noise_factor = 1.0"));
@@ -152,7 +158,7 @@ TEST(StudyFileTest, TheResolvedStudyHoldsWhatADefaultWas) {
 }
 
 TEST(StudyFileTest, AResolvedStudyCanStillBeOverridden) {
-  const LoadedStudy resolved = load(load(kSmallStudy).resolved_toml, {"study.rollouts=3"});
+  const LoadedStudy resolved = load(load(kSmallStudy).resolved.to_toml(""), {"study.rollouts=3"});
   EXPECT_EQ(resolved.study.conditions[0].exploration.num_rollouts, 3);
 }
 

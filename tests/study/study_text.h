@@ -12,6 +12,10 @@
 
 namespace treeroll::study_test {
 
+inline void write(const std::filesystem::path& path, std::string_view text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
+
 /// A file study.toml with a text, gone at the end.
 class StudyText {
  public:
@@ -19,7 +23,7 @@ class StudyText {
     std::string pattern = (std::filesystem::temp_directory_path() / "study.XXXXXX").string();
     folder_ = ::mkdtemp(pattern.data());
     path_ = folder_ / "study.toml";
-    std::ofstream(path_, std::ios::binary) << text;
+    write(path_, text);
   }
   ~StudyText() { std::filesystem::remove_all(folder_); }
   StudyText(const StudyText&) = delete;

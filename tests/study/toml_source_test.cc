@@ -26,7 +26,7 @@ json content_of(const std::string& text) {
   return content;
 }
 
-std::string error_of(const std::string& text) {
+std::string refusal_of_toml(const std::string& text) {
   const StudyText file(text);
   return study_test::error_of(file, [](const auto& path) {
     json content;
@@ -63,26 +63,28 @@ TEST(TomlSourceTest, EveryKeyKnowsItsLine) {
 }
 
 TEST(TomlSourceTest, ErrorsOfSyntaxHaveLineAndColumn) {
-  EXPECT_THAT(error_of("a = 1\nb = = 2\n"), StartsWith("FILE:2:5: "));
-  EXPECT_THAT(error_of("a = 1\na = 2\n"), StartsWith("FILE:2:"));
-  EXPECT_THAT(error_of("[a]\n[a]\n"), StartsWith("FILE:2:"));
-  EXPECT_THAT(error_of("a = 1\nb = \"not closed\n"), StartsWith("FILE:2:"));
-  EXPECT_THAT(error_of("a = 1\nb = \"\xff\"\n"), StartsWith("FILE:2:"));
-  EXPECT_THAT(error_of("a = 1\0\n"s), StartsWith("FILE:1:"));
-  EXPECT_THAT(error_of("\x7f\x45\x4c\x46\x02\x01"), StartsWith("FILE:1:"));
+  EXPECT_THAT(refusal_of_toml("a = 1\nb = = 2\n"), StartsWith("FILE:2:5: "));
+  EXPECT_THAT(refusal_of_toml("a = 1\na = 2\n"), StartsWith("FILE:2:"));
+  EXPECT_THAT(refusal_of_toml("[a]\n[a]\n"), StartsWith("FILE:2:"));
+  EXPECT_THAT(refusal_of_toml("a = 1\nb = \"not closed\n"), StartsWith("FILE:2:"));
+  EXPECT_THAT(refusal_of_toml("a = 1\nb = \"\xff\"\n"), StartsWith("FILE:2:"));
+  EXPECT_THAT(refusal_of_toml("a = 1\0\n"s), StartsWith("FILE:1:"));
+  EXPECT_THAT(refusal_of_toml("\x7f\x45\x4c\x46\x02\x01"), StartsWith("FILE:1:"));
 }
 
 TEST(TomlSourceTest, WhatNoSettingCanHoldIsRefusedWithItsLine) {
-  EXPECT_EQ(error_of("[a]\nb = inf\n"), "FILE:2: a.b = inf: must be a finite number");
-  EXPECT_EQ(error_of("[a]\nb = [1, nan]\n"), "FILE:2: a.b[1] = nan: must be a finite number");
-  EXPECT_EQ(error_of("a = 2026-01-02\n"),
+  EXPECT_EQ(refusal_of_toml("[a]\nb = inf\n"), "FILE:2: a.b = inf: must be a finite number");
+  EXPECT_EQ(refusal_of_toml("[a]\nb = [1, nan]\n"),
+            "FILE:2: a.b[1] = nan: must be a finite number");
+  EXPECT_EQ(refusal_of_toml("a = 2026-01-02\n"),
             "FILE:1: a = 2026-01-02: is a date or time: no setting takes one");
-  EXPECT_EQ(error_of("a = \"x\\u0000y\"\n"), "FILE:1: a: must not hold a NUL character");
+  EXPECT_EQ(refusal_of_toml("a = \"x\\u0000y\"\n"), "FILE:1: a: must not hold a NUL character");
 }
 
 TEST(TomlSourceTest, AnEmptyFileIsRefused) {
-  EXPECT_THAT(error_of(""), StartsWith("FILE: is empty: must hold at least a key"));
-  EXPECT_THAT(error_of("# nothing\n\n"), StartsWith("FILE: is empty: must hold at least a key"));
+  EXPECT_THAT(refusal_of_toml(""), StartsWith("FILE: is empty: must hold at least a key"));
+  EXPECT_THAT(refusal_of_toml("# nothing\n\n"),
+              StartsWith("FILE: is empty: must hold at least a key"));
 }
 
 TEST(TomlSourceTest, WhatIsNoRegularFileIsRefused) {
@@ -106,28 +108,30 @@ TEST(TomlSourceTest, WhatIsNoRegularFileIsRefused) {
 TEST(TomlSourceTest, AFileOfMoreThanAMegabyteIsRefused) {
   const std::string comment = "a = 1\n#" + std::string(kStudyBytesMax - 8, 'x') + "\n";
   ASSERT_EQ(comment.size(), kStudyBytesMax);
-  EXPECT_EQ(error_of(comment), "");
-  EXPECT_EQ(error_of(comment + "\n"), "FILE: is too large: must be at most 1048576 bytes");
+  EXPECT_EQ(refusal_of_toml(comment), "");
+  EXPECT_EQ(refusal_of_toml(comment + "\n"), "FILE: is too large: must be at most 1048576 bytes");
 }
 
 TEST(TomlSourceTest, DeepNestingIsRefusedAndOverflowsNoStack) {
   const int many = 250'000;
   const std::string rule = ": is nested deeper than 32 tables";
-  EXPECT_EQ(error_of("\n[" + repeated("a.", many) + "a]\n"), "FILE:2" + rule);
-  EXPECT_EQ(error_of(repeated("\"a\" . ", many / 2) + "a = 1\n"), "FILE:1" + rule);
-  EXPECT_EQ(error_of("a = " + repeated("[", many)), "FILE:1" + rule);
-  EXPECT_EQ(error_of("a = " + repeated("{a = ", many / 2)), "FILE:1" + rule);
-  EXPECT_EQ(error_of("x = 1\na = " + repeated("[\n", 33)), "FILE:34" + rule);
+  EXPECT_EQ(refusal_of_toml("\n[" + repeated("a.", many) + "a]\n"), "FILE:2" + rule);
+  EXPECT_EQ(refusal_of_toml(repeated("\"a\" . ", many / 2) + "a = 1\n"), "FILE:1" + rule);
+  EXPECT_EQ(refusal_of_toml("a = " + repeated("[", many)), "FILE:1" + rule);
+  EXPECT_EQ(refusal_of_toml("a = " + repeated("{a = ", many / 2)), "FILE:1" + rule);
+  EXPECT_EQ(refusal_of_toml("x = 1\na = " + repeated("[\n", 33)), "FILE:34" + rule);
   // Each part within the bound, together beyond it.
-  EXPECT_THAT(error_of("[" + repeated("a.", 31) + "a]\n" + repeated("b.", 31) + "b = 1\n"),
+  EXPECT_THAT(refusal_of_toml("[" + repeated("a.", 31) + "a]\n" + repeated("b.", 31) + "b = 1\n"),
               HasSubstr("is nested deeper than 32 tables"));
 }
 
 TEST(TomlSourceTest, DotsThatAreNoKeysAreNotCounted) {
   const std::string dots(100, '.');
-  EXPECT_EQ(error_of("a = 1 # " + dots + "\nb = \"" + dots + "\"\nc = '" + dots + "'\n"), "");
-  EXPECT_EQ(error_of("a = \"\"\"\n\"" + dots + "\\\"\"\"\"\nb = '''\n'" + dots + "'''''\n"), "");
-  EXPECT_EQ(error_of("a = [" + repeated("0.5, ", 5000) + "1.5]\n"), "");
+  EXPECT_EQ(refusal_of_toml("a = 1 # " + dots + "\nb = \"" + dots + "\"\nc = '" + dots + "'\n"),
+            "");
+  EXPECT_EQ(refusal_of_toml("a = \"\"\"\n\"" + dots + "\\\"\"\"\"\nb = '''\n'" + dots + "'''''\n"),
+            "");
+  EXPECT_EQ(refusal_of_toml("a = [" + repeated("0.5, ", 5000) + "1.5]\n"), "");
   EXPECT_EQ(first_line_too_deep("\"a#\".b = 1 # \"\nc = [1, # ]\n2]\n"), 0);
 }
 
@@ -138,7 +142,7 @@ TEST(TomlSourceTest, AnyCutOrChangeOfAFileIsReadOrRefused) {
   int num_read = 0;
   int num_refused = 0;
   const auto try_one = [&](const std::string& changed) {
-    (error_of(changed).empty() ? num_read : num_refused) += 1;
+    (refusal_of_toml(changed).empty() ? num_read : num_refused) += 1;
   };
   for (std::size_t i = 0; i < text.size(); ++i) {
     try_one(text.substr(0, i));
@@ -153,7 +157,8 @@ TEST(TomlSourceTest, AnyCutOrChangeOfAFileIsReadOrRefused) {
 }
 
 TEST(TomlSourceTest, ControlCharactersOfTheFileDoNotReachTheTerminal) {
-  EXPECT_EQ(error_of("\"a\\u001b[2J\" = inf\n"), "FILE:1: a?[2J = inf: must be a finite number");
+  EXPECT_EQ(refusal_of_toml("\"a\\u001b[2J\" = inf\n"),
+            "FILE:1: a?[2J = inf: must be a finite number");
 }
 
 json override_value(const std::string& text) {

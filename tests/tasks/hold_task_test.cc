@@ -9,6 +9,7 @@
 #include "common/base/config_error.h"
 #include "common/base/settings_reader.h"
 #include "tests/tasks/rollouts.h"
+#include "tests/tasks/standard_task.h"
 
 namespace treeroll {
 namespace {
@@ -16,22 +17,6 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 using Gains = Eigen::Matrix<double, 6, 1>;
-
-std::unique_ptr<Task> make(const std::string& settings) {
-  TaskRegistry registry;
-  add_standard_tasks(registry);
-  json resolved;
-  return registry.make("hold", json::parse(settings), resolved);
-}
-
-std::string error_of(const std::string& settings) {
-  try {
-    (void)make(settings);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 /// acceleration = gains . state + offset, as a mixture of one component.
 Gmm feedback(const Gains& gains, double offset = 0) {
@@ -54,32 +39,54 @@ const Gains kNone = Gains::Zero();
 constexpr const char* kAtRest = R"("start_phi1": 0, "start_phi2": 0)";
 
 TEST(HoldTaskTest, HasTheSixStatesAsInputs) {
-  const TaskDescription d = make("{}")->description();
+  const TaskDescription d = standard_task("hold", "{}")->description();
   EXPECT_EQ(d.input_dim, 6);
   EXPECT_EQ(d.output_dim, 1);
   EXPECT_EQ(d.reward_max, 1);
   EXPECT_TRUE(d.deterministic);
-  EXPECT_FALSE(make(R"({"variation": {"parameter_fraction": 0.02}})")->description().deterministic);
+  EXPECT_FALSE(standard_task("hold", R"({"variation": {"parameter_fraction": 0.02}})")
+                   ->description()
+                   .deterministic);
 }
 
 TEST(HoldTaskTest, WhatRestsAtTheTargetGetsRewardOne) {
-  const auto task = make(std::string(R"({"plant": "rk4", "duration_s": 0.5, )") + kAtRest + "}");
+  const auto task =
+      standard_task("hold", std::string(R"({"plant": "rk4", "duration_s": 0.5, )") + kAtRest + "}");
   EXPECT_NEAR(evaluate(*task, feedback(kNone), 0).reward(), 1, 1e-12);
+}
+
+TEST(HoldTaskTest, ATraceHasTheStatesThatThePolicySawAndTheSameReward) {
+  const auto task = standard_task("hold", R"({"plant": "rk4", "duration_s": 1})");
+  Trace trace;
+  const Outcome traced = evaluate_traced(*task, feedback(kHangingRegulator), 0, trace);
+  EXPECT_EQ(traced.reward(), evaluate(*task, feedback(kHangingRegulator), 0).reward());
+  EXPECT_EQ(trace.policy_inputs().size(), 6U);
+  const std::size_t width = trace.columns().size();
+  ASSERT_EQ(width, 9U);
+  ASSERT_GT(trace.numbers().size(), 10 * width);
+  // The start is .3 and -.2 from the target, at rest.
+  EXPECT_NEAR(trace.numbers()[1], .3, 1e-12);
+  EXPECT_NEAR(trace.numbers()[2], -.2, 1e-12);
+  for (std::size_t row = 0; row < trace.numbers().size(); row += width) {
+    const Eigen::Map<const Gains> state(&trace.numbers()[row + 1]);
+    EXPECT_NEAR(trace.numbers()[row + 7], kHangingRegulator.dot(state), 1e-9);
+  }
 }
 
 TEST(HoldTaskTest, APushedCartGetsTheMeanCostOfItsPath) {
   // With no gravity and no friction to speak of the links would swing; with tiny arms they do not
   // move, and the cart's path alone counts: c = (.7 a t^2 / 2)^4 + (a t)^2 / 50.
-  const auto task = make(std::string(R"({"plant": "rk4", "alpha": 2, "duration_s": 1,
+  const auto task =
+      standard_task("hold", std::string(R"({"plant": "rk4", "alpha": 2, "duration_s": 1,
       "parameters": {"gravity": 0, "a1": 1e-6, "a2": 1e-6, "l1": 1e-6, "j1": 1000, "j2": 1000}, )") +
-                         kAtRest + "}");
+                                kAtRest + "}");
   const double a = .8;
   const double mean = std::pow(.35 * a, 4) / 9 + a * a / 3 / 50;
   EXPECT_NEAR(evaluate(*task, feedback(kNone, a), 0).reward(), std::exp(-2 * mean), 1e-6);
 }
 
 TEST(HoldTaskTest, TheOutputIsCutToWhatTheCartCanDo) {
-  const auto cut = make(R"({"plant": "rk4", "acceleration_max_mps2": 0.5})");
+  const auto cut = standard_task("hold", R"({"plant": "rk4", "acceleration_max_mps2": 0.5})");
   EXPECT_EQ(evaluate(*cut, feedback(kNone, 30), 0).reward(),
             evaluate(*cut, feedback(kNone, .5), 0).reward());
   EXPECT_NE(evaluate(*cut, feedback(kNone, .4), 0).reward(),
@@ -88,7 +95,7 @@ TEST(HoldTaskTest, TheOutputIsCutToWhatTheCartCanDo) {
 
 TEST(HoldTaskTest, ARegulatorDampsWhatFrictionAloneDampsSlowly) {
   for (const char* plant : {"rk4", "ode"}) {
-    const auto task = make(std::string(R"({"plant": ")") + plant + "\"}");
+    const auto task = standard_task("hold", std::string(R"({"plant": ")") + plant + "\"}");
     const double without = evaluate(*task, feedback(kNone), 0).reward();
     const double with = evaluate(*task, feedback(kHangingRegulator), 0).reward();
     EXPECT_LT(without, .6) << plant;
@@ -99,19 +106,21 @@ TEST(HoldTaskTest, ARegulatorDampsWhatFrictionAloneDampsSlowly) {
 
 TEST(HoldTaskTest, UprightFallsWithoutFeedbackAndStandsWithIt) {
   for (const char* plant : {"rk4", "ode"}) {
-    const auto task = make(std::string(R"({"target": "upright", "start_phi1": 0.02,
+    const auto task = standard_task("hold", std::string(R"({"target": "upright", "start_phi1": 0.02,
                                            "start_phi2": -0.02, "plant": ")") +
-                           plant + "\"}");
+                                                plant + "\"}");
     EXPECT_LT(evaluate(*task, feedback(kNone), 0).reward(), 1e-3) << plant;
     EXPECT_GT(evaluate(*task, feedback(kUprightRegulator), 0).reward(), .9) << plant;
   }
 }
 
 TEST(HoldTaskTest, SaysWhatIsWrongWithItsSettings) {
-  EXPECT_THAT(error_of(R"({"target": "sideways"})"), HasSubstr("task.target = \"sideways\""));
-  EXPECT_THAT(error_of(R"({"duration_s": -1})"), HasSubstr("task.duration_s"));
-  EXPECT_THAT(error_of(R"({"acceleration_max_mps2": 0})"), HasSubstr("task.acceleration_max_mps2"));
-  EXPECT_THAT(error_of(R"({"gain": 1})"), HasSubstr("task.gain"));
+  EXPECT_THAT(refusal("hold", R"({"target": "sideways"})"),
+              HasSubstr("task.target = \"sideways\""));
+  EXPECT_THAT(refusal("hold", R"({"duration_s": -1})"), HasSubstr("task.duration_s"));
+  EXPECT_THAT(refusal("hold", R"({"acceleration_max_mps2": 0})"),
+              HasSubstr("task.acceleration_max_mps2"));
+  EXPECT_THAT(refusal("hold", R"({"gain": 1})"), HasSubstr("task.gain"));
 }
 
 }  // namespace

@@ -26,12 +26,6 @@ std::unique_ptr<Task> swing_up(const std::string& variation, const std::string& 
       resolved);
 }
 
-Gmm line(double offset, double slope) {
-  Eigen::Matrix2d covariance;
-  covariance << 1, slope, slope, slope * slope + .1;
-  return Gmm(1, {{.prior = 1, .mean = Eigen::Vector2d(0, offset), .covariance = covariance}});
-}
-
 /// The reward of hold is a mean over time, and so depends on the plant whatever the policy does.
 std::unique_ptr<Task> hold(const std::string& variation) {
   TaskRegistry registry;

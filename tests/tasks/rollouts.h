@@ -6,6 +6,13 @@
 
 namespace treeroll {
 
+/// One line over time: acceleration offset + slope t.
+inline Gmm line(double offset, double slope) {
+  Eigen::Matrix2d covariance;
+  covariance << 1, slope, slope, slope * slope + .1;
+  return Gmm(1, {{.prior = 1, .mean = Eigen::Vector2d(0, offset), .covariance = covariance}});
+}
+
 /// The task's roll-out with the regression of a mixture.
 inline Outcome evaluate(Task& task, const Gmm& policy, std::uint64_t seed) {
   TreeController controller(policy);

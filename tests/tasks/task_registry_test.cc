@@ -38,7 +38,7 @@ TaskRegistry registry() {
   return tasks;
 }
 
-std::string error_of(const std::string& name, const char* settings) {
+std::string refusal_of(const std::string& name, const char* settings) {
   json resolved;
   try {
     (void)registry().make(name, json::parse(settings), resolved);
@@ -59,17 +59,17 @@ TEST(TaskRegistryTest, MakesATaskOfOnesOwn) {
 
 TEST(TaskRegistryTest, NamesTheTasksItKnows) {
   EXPECT_EQ(
-      error_of("swingup", "{}"),
+      refusal_of("swingup", "{}"),
       "task.name = \"swingup\": must be a task this worker knows: hold, reach, spiral, swing_up, "
       "synthetic, trajectory");
 }
 
 TEST(TaskRegistryTest, RefusesSettingsATaskDoesNotAskFor) {
-  EXPECT_NE(error_of("reach", R"({"goal": 3})").find("task.goal = 3: unknown key"),
+  EXPECT_NE(refusal_of("reach", R"({"goal": 3})").find("task.goal = 3: unknown key"),
             std::string::npos);
-  EXPECT_NE(error_of("swing_up", R"({"step": 1})").find("task.step = 1: unknown key"),
+  EXPECT_NE(refusal_of("swing_up", R"({"step": 1})").find("task.step = 1: unknown key"),
             std::string::npos);
-  EXPECT_NE(error_of("swing_up", "[1]").find("must be a table"), std::string::npos);
+  EXPECT_NE(refusal_of("swing_up", "[1]").find("must be a table"), std::string::npos);
 }
 
 TEST(TaskRegistryTest, ResolvedSettingsMakeTheSameTaskAgain) {

@@ -8,6 +8,7 @@
 
 #include "common/base/elementary.h"
 #include "tests/tasks/rollouts.h"
+#include "tests/tasks/standard_task.h"
 #include "workers/tasks/task.h"
 
 namespace treeroll {
@@ -15,27 +16,13 @@ namespace {
 
 using nlohmann::json;
 
-std::unique_ptr<Task> make(const std::string& name, const char* settings) {
-  TaskRegistry registry;
-  add_standard_tasks(registry);
-  json resolved;
-  return registry.make(name, json::parse(settings), resolved);
-}
-
-/// One line: acceleration 3 - 2 t.
-Gmm line() {
-  Eigen::Matrix2d covariance;
-  covariance << 1, -2, -2, 4.1;
-  return Gmm(1, {{.prior = 1, .mean = Eigen::Vector2d(0, 3), .covariance = covariance}});
-}
-
 TEST(TraceTest, TheLeastCostOfASwingUpsTraceGivesItsRewardToTheBit) {
   for (const char* settings : {R"({"plant": "ode"})", R"({"plant": "rk4", "step_s": 0.005})",
                                R"({"plant": "dopri5", "output_step_s": 0.01})"}) {
-    const auto task = make("swing_up", settings);
+    const auto task = standard_task("swing_up", settings);
     Trace trace;
-    const Outcome traced = evaluate_traced(*task, line(), 0, trace);
-    EXPECT_EQ(traced.reward(), evaluate(*task, line(), 0).reward()) << settings;
+    const Outcome traced = evaluate_traced(*task, line(3, -2), 0, trace);
+    EXPECT_EQ(traced.reward(), evaluate(*task, line(3, -2), 0).reward()) << settings;
     const std::size_t width = trace.columns().size();
     ASSERT_EQ(width, 9U);
     ASSERT_EQ(trace.numbers().size() % width, 0U);
@@ -56,16 +43,17 @@ TEST(TraceTest, TheLeastCostOfASwingUpsTraceGivesItsRewardToTheBit) {
 }
 
 TEST(TraceTest, ADivergedSwingUpIsTracedAsFarAsItWent) {
-  const auto task = make("swing_up", R"({"plant": "dopri5", "steps_max": 100})");
+  const auto task = standard_task("swing_up", R"({"plant": "dopri5", "steps_max": 100})");
   Trace trace;
-  EXPECT_EQ(evaluate_traced(*task, line(), 0, trace).status(), RolloutStatus::kDiverged);
+  EXPECT_EQ(evaluate_traced(*task, line(3, -2), 0, trace).status(), RolloutStatus::kDiverged);
   EXPECT_GT(trace.numbers().size(), 0U);
 }
 
 TEST(TraceTest, ATaskThatDoesNotOverrideItRecordsNothing) {
-  const auto task = make("synthetic", "{}");
+  const auto task = standard_task("synthetic", "{}");
   Trace trace;
-  EXPECT_EQ(evaluate_traced(*task, line(), 0, trace).reward(), evaluate(*task, line(), 0).reward());
+  EXPECT_EQ(evaluate_traced(*task, line(3, -2), 0, trace).reward(),
+            evaluate(*task, line(3, -2), 0).reward());
   EXPECT_TRUE(trace.columns().empty());
   EXPECT_TRUE(trace.is_complete());
 }
@@ -81,9 +69,9 @@ TEST(TraceTest, MoreNumbersThanItMayHoldAreNotKeptAndItSaysSo) {
 }
 
 TEST(TraceTest, TheLinksOfASwingUpKeepTheirLengthsAndHangFromTheCart) {
-  const auto task = make("swing_up", R"({"plant": "rk4", "step_s": 0.005})");
+  const auto task = standard_task("swing_up", R"({"plant": "rk4", "step_s": 0.005})");
   Trace trace;
-  (void)evaluate_traced(*task, line(), 0, trace);
+  (void)evaluate_traced(*task, line(3, -2), 0, trace);
   const std::size_t width = trace.columns().size();
   ASSERT_EQ(trace.poses().size() * width, trace.numbers().size());
   for (std::size_t row = 0; row < trace.poses().size(); ++row) {
@@ -99,10 +87,10 @@ TEST(TraceTest, TheLinksOfASwingUpKeepTheirLengthsAndHangFromTheCart) {
 }
 
 TEST(TraceTest, LinksWhoseLengthsVaryAreNotShown) {
-  const auto task = make("swing_up", R"({"plant": "rk4", "step_s": 0.005,
+  const auto task = standard_task("swing_up", R"({"plant": "rk4", "step_s": 0.005,
       "variation": {"parameter_fraction": 0.02}})");
   Trace trace;
-  (void)evaluate_traced(*task, line(), 0, trace);
+  (void)evaluate_traced(*task, line(3, -2), 0, trace);
   EXPECT_FALSE(trace.numbers().empty());
   EXPECT_TRUE(trace.poses().empty());
 }
@@ -120,7 +108,7 @@ TEST(TraceTest, ATrajectorysTraceHasItsGoalBesideItAndGivesItsReward) {
                           {"time_s", "x", "goal_x"},
                           2},
                          {"spiral", R"({"alpha": 3})", {"t", "x", "y", "goal_x", "goal_y"}, 3}}) {
-    const auto task = make(c.task, c.settings);
+    const auto task = standard_task(c.task, c.settings);
     const auto num_outputs = static_cast<std::size_t>(task->description().output_dim);
     const auto dim = static_cast<Eigen::Index>(1 + num_outputs);
     const Gmm policy(1, {{.prior = 1,
@@ -146,7 +134,7 @@ TEST(TraceTest, ATrajectorysTraceHasItsGoalBesideItAndGivesItsReward) {
 }
 
 TEST(TraceTest, OutputsOfATrajectoryAreNumbered) {
-  const auto task = make("trajectory", R"({"goal": {
+  const auto task = standard_task("trajectory", R"({"goal": {
       "means": [[0, 1, 2], [2, 1, 0]], "covariances": [1, 0, 1, 0, 0, 1]}})");
   const Gmm policy(
       1,

@@ -10,32 +10,13 @@
 #include "common/base/settings_reader.h"
 #include "common/mixture/gmr.h"
 #include "tests/tasks/rollouts.h"
+#include "tests/tasks/standard_task.h"
 
 namespace treeroll {
 namespace {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
-
-std::unique_ptr<Task> make(const std::string& name, const std::string& settings) {
-  TaskRegistry registry;
-  add_standard_tasks(registry);
-  json resolved;
-  auto task = registry.make(name, json::parse(settings), resolved);
-  json again;
-  (void)registry.make(name, resolved, again);
-  EXPECT_EQ(again, resolved);
-  return task;
-}
-
-std::string error_of(const std::string& name, const std::string& settings) {
-  try {
-    (void)make(name, settings);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 /// Components at the middles of equal parts of [0, duration], each on a line of its own.
 Gmm equally_spaced_lines(double duration, const std::vector<Eigen::VectorXd>& outputs,
@@ -68,14 +49,14 @@ Gmm multi(double offset) {
 }
 
 TEST(TrajectoryTaskTest, TheGoalItselfGetsRewardOne) {
-  const auto task = make("trajectory", std::string("{") + kMulti + "}");
+  const auto task = standard_task("trajectory", std::string("{") + kMulti + "}");
   EXPECT_NEAR(evaluate(*task, multi(0), 0).reward(), 1, 1e-15);
 }
 
 TEST(TrajectoryTaskTest, AConstantOffsetGetsTheRewardOfItsSquare) {
   for (const double alpha : {20., 3.}) {
     const auto task =
-        make("trajectory", "{\"alpha\": " + std::to_string(alpha) + ", " + kMulti + "}");
+        standard_task("trajectory", "{\"alpha\": " + std::to_string(alpha) + ", " + kMulti + "}");
     for (const double offset : {.1, -.3, 1.}) {
       EXPECT_NEAR(evaluate(*task, multi(offset), 0).reward(), std::exp(-alpha * offset * offset),
                   1e-13);
@@ -85,7 +66,7 @@ TEST(TrajectoryTaskTest, AConstantOffsetGetsTheRewardOfItsSquare) {
 
 TEST(TrajectoryTaskTest, TheSlopeOfAGoalIsPsiOverZeta) {
   // Experiment II: over 4 s a deviation of .5 s, so that psi .3 is a slope of .6 per s.
-  const auto task = make("trajectory", R"({"duration_s": 4, "goal": {
+  const auto task = standard_task("trajectory", R"({"duration_s": 4, "goal": {
       "outputs": [1.25, 0.75, -0.75, -1.25], "psi": [0.3, 0.3, -0.3, -0.3],
       "deviations": [0.5, 0.3]}})");
   const Gmm policy =
@@ -95,7 +76,7 @@ TEST(TrajectoryTaskTest, TheSlopeOfAGoalIsPsiOverZeta) {
 
 TEST(TrajectoryTaskTest, ALineAgainstALineGetsTheMeanOfTheSquaresAtTheSamples) {
   // One component with slope 1 through 0 against the constant 0: the squares of the sample times.
-  const auto task = make("trajectory", R"({"duration_s": 3, "samples": 7, "alpha": 0.2,
+  const auto task = standard_task("trajectory", R"({"duration_s": 3, "samples": 7, "alpha": 0.2,
       "goal": {"means": [[0, 0]], "deviations": [1, 1]}})");
   Eigen::Matrix2d covariance;
   covariance << 1, 1, 1, 2;
@@ -106,7 +87,7 @@ TEST(TrajectoryTaskTest, ALineAgainstALineGetsTheMeanOfTheSquaresAtTheSamples) {
 }
 
 TEST(TrajectoryTaskTest, SeveralOutputsAddTheirSquares) {
-  const auto task = make("trajectory", R"({"alpha": 2, "goal": {
+  const auto task = standard_task("trajectory", R"({"alpha": 2, "goal": {
       "outputs": [[1, 2, 3], [4, 5, 6]], "deviations": [0.5, 1, 1, 1]}})");
   EXPECT_EQ(task->description().output_dim, 3);
   const Eigen::Vector3d offset(.1, -.2, .3);
@@ -117,7 +98,8 @@ TEST(TrajectoryTaskTest, SeveralOutputsAddTheirSquares) {
 
 TEST(TrajectoryTaskTest, DescribesItselfAndSaysWhatIsWrong) {
   const TaskDescription d =
-      make("trajectory", std::string(R"({"time_limit_s": 3, )") + kMulti + "}")->description();
+      standard_task("trajectory", std::string(R"({"time_limit_s": 3, )") + kMulti + "}")
+          ->description();
   EXPECT_EQ(d.input_dim, 1);
   EXPECT_EQ(d.output_dim, 1);
   EXPECT_EQ(d.reward_max, 1);
@@ -133,7 +115,7 @@ TEST(TrajectoryTaskTest, DescribesItselfAndSaysWhatIsWrong) {
       {R"({"alpha": -1})", "task.alpha"},
   };
   for (const auto& [text, message] : cases) {
-    EXPECT_THAT(error_of("trajectory", text), HasSubstr(message)) << text;
+    EXPECT_THAT(refusal("trajectory", text), HasSubstr(message)) << text;
   }
 }
 
@@ -155,26 +137,57 @@ Gmm circle(Eigen::Vector2d offset) {
 }
 
 TEST(SpiralTaskTest, TheCircleItselfGetsRewardOneAndAnOffsetItsSquare) {
-  const auto task = make("spiral", "{}");
+  const auto task = standard_task("spiral", "{}");
   EXPECT_NEAR(evaluate(*task, circle({0, 0}), 0).reward(), 1, 1e-8);
   EXPECT_NEAR(evaluate(*task, circle({.1, -.2}), 0).reward(), std::exp(-5 * .05), 1e-6);
 }
 
 TEST(SpiralTaskTest, APolicyThatStaysInTheMiddleGetsTheRewardOfTheRadius) {
   const Gmm middle(1, {{1, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()}});
-  EXPECT_NEAR(evaluate(*make("spiral", "{}"), middle, 0).reward(), std::exp(-5), 1e-15);
+  EXPECT_NEAR(evaluate(*standard_task("spiral", "{}"), middle, 0).reward(), std::exp(-5), 1e-15);
   EXPECT_NEAR(
-      evaluate(*make("spiral", R"({"alpha": 1, "duration": 1, "samples": 3})"), middle, 0).reward(),
+      evaluate(*standard_task("spiral", R"({"alpha": 1, "duration": 1, "samples": 3})"), middle, 0)
+          .reward(),
       std::exp(-1), 1e-15);
 }
 
 TEST(SpiralTaskTest, DescribesItselfAndSaysWhatIsWrong) {
-  const TaskDescription d = make("spiral", "{}")->description();
+  const TaskDescription d = standard_task("spiral", "{}")->description();
   EXPECT_EQ(d.input_dim, 1);
   EXPECT_EQ(d.output_dim, 2);
   EXPECT_TRUE(d.deterministic);
-  EXPECT_THAT(error_of("spiral", R"({"duration": 0})"), HasSubstr("task.duration = 0"));
-  EXPECT_THAT(error_of("spiral", R"({"goal": {}})"), HasSubstr("task.goal"));
+  EXPECT_THAT(refusal("spiral", R"({"duration": 0})"), HasSubstr("task.duration = 0"));
+  EXPECT_THAT(refusal("spiral", R"({"goal": {}})"), HasSubstr("task.goal"));
+}
+
+TEST(RecordedGoalTest, EachRowIsASampleAndTheNamesAreThoseOfTheRecording) {
+  // A policy that gives 1 everywhere, against 1, 2 and 4: (0 + 1 + 9) / 3.
+  const auto task =
+      standard_task("trajectory", R"({"alpha": 0.3, "goal": {"columns": ["t_ms", "x_mm"],
+      "rows": [[0, 1], [10, 2], [30, 4]]}})");
+  Trace trace;
+  const Gmm policy = equally_spaced_lines(30, {one(1)}, {0});
+  EXPECT_NEAR(evaluate_traced(*task, policy, 0, trace).reward(), std::exp(-1), 1e-12);
+  EXPECT_EQ(trace.columns(), (std::vector<std::string>{"t_ms", "x_mm", "goal_x_mm"}));
+  EXPECT_EQ(trace.numbers(), (std::vector<double>{0, 1, 1, 10, 1, 2, 30, 1, 4}));
+}
+
+TEST(RecordedGoalTest, RefusalsNameTheKeyAndTheRule) {
+  const auto error = [](const std::string& goal) {
+    return refusal("trajectory", "{\"goal\": {" + goal + "}}");
+  };
+  EXPECT_THAT(error(R"("columns": ["t"], "rows": [[0], [1]])"),
+              HasSubstr("goal.columns = [\"t\"]: must name the time and at least one output"));
+  EXPECT_THAT(error(R"("columns": ["t", "x", "x"], "rows": [[0, 1, 1]])"),
+              HasSubstr("must differ"));
+  EXPECT_THAT(error(R"("columns": ["t", "x", "goal_x"], "rows": [[0, 1, 1]])"),
+              HasSubstr("goal_NAME"));
+  EXPECT_THAT(error(R"("columns": ["t", "x"], "rows": [[0, 1], [0, 2]])"),
+              HasSubstr("the time must grow: row 2 is at 0, the one before at 0"));
+  EXPECT_THAT(error(R"("columns": ["t", "x"], "rows": [[0, 1, 2]])"), HasSubstr("goal.rows"));
+  EXPECT_THAT(refusal("trajectory", R"({"samples": 5, "goal": {"columns": ["t", "x"],
+      "rows": [[0, 1], [1, 2]]}})"),
+              HasSubstr("samples"));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "learner/report/claims_file.h"
 #include "learner/report/statistics/claim.h"
 #include "tests/thesis/run_study.h"
+#include "tests/thesis/studies.h"
 
 /// The claims of deploy/thesis_claims.toml that hold, each by its own test at the level of 5 %, on
 /// studies of 30 repetitions. The names cite the sections.
@@ -19,7 +20,6 @@
 namespace treeroll {
 namespace {
 
-const std::filesystem::path kStudies = TREEROLL_STUDIES_DIR;
 constexpr const char* kSeed = "study.seed=11";
 
 StudyResults learn(const std::string& name, std::vector<std::string> overrides = {}) {

@@ -5,22 +5,23 @@
 #include <vector>
 
 #include "tests/thesis/run_study.h"
+#include "tests/thesis/studies.h"
 
 /// Section 2-1: a policy maps states to actions, (2-1). The experiments of the thesis map time to
 /// an action; here the inputs are six states, in a closed loop.
 namespace treeroll {
 namespace {
 
-std::vector<RunRecord> learn(std::vector<std::string> overrides) {
+std::vector<RunRecord> learn_hold(std::vector<std::string> overrides) {
   overrides.emplace_back("study.seed=2");
-  return run_study(std::filesystem::path(TREEROLL_STUDIES_DIR) / "hold.toml", overrides);
+  return run_study(kStudies / "hold.toml", overrides);
 }
 
 TEST(ClosedLoopLearningTest, Section21AFeedbackFromTheStateIsLearntFromNothing) {
   // Draws with next to no noise are the start policy, which does nothing.
-  const std::vector<RunRecord> start =
-      learn({"study.repetitions=1", "study.rollouts=5", "exploration.initial_noise_factor=1e-12"});
-  const std::vector<RunRecord> runs = learn({"study.repetitions=3", "study.rollouts=300"});
+  const std::vector<RunRecord> start = learn_hold(
+      {"study.repetitions=1", "study.rollouts=5", "exploration.initial_noise_factor=1e-12"});
+  const std::vector<RunRecord> runs = learn_hold({"study.repetitions=3", "study.rollouts=300"});
   for (const char* condition : {"linear", "flat", "tree"}) {
     const std::vector<RunRecord> of = of_condition(runs, condition);
     const double before = mean_near(of_condition(start, condition), 5);

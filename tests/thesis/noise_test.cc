@@ -5,18 +5,16 @@
 #include <vector>
 
 #include "tests/thesis/run_study.h"
+#include "tests/thesis/studies.h"
 
 /// Section 4-1-2: what the exploration noise does, on the trajectory with several resolutions.
 namespace treeroll {
 namespace {
 
-const std::filesystem::path kStudy =
-    std::filesystem::path(TREEROLL_STUDIES_DIR) / "thesis_4_1.toml";
-
 std::vector<RunRecord> with(const std::vector<std::string>& settings) {
   std::vector<std::string> overrides{"study.seed=4"};
   for (const std::string& setting : settings) overrides.push_back("exploration." + setting);
-  return run_study(kStudy, overrides);
+  return run_study(kStudies / "thesis_4_1.toml", overrides);
 }
 
 double median_first_switch(const std::vector<RunRecord>& runs) {

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/check.h"
-#include "common/base/random_stream.h"
 #include "learner/core/run.h"
 #include "learner/study/study_file.h"
 #include "workers/tasks/task.h"
@@ -34,7 +33,7 @@ class Tasks {
   std::map<std::string, std::unique_ptr<Task>> tasks_;
 };
 
-RunRecord learn(const Study& study, int index, Tasks& tasks) {
+RunRecord learn_run(const Study& study, int index, Tasks& tasks) {
   learner::Run run(study, index);
   Task& task = tasks.get(study.conditions[run.condition()].task_content);
   std::deque<explore::Draw> draws;
@@ -43,13 +42,11 @@ RunRecord learn(const Study& study, int index, Tasks& tasks) {
     CHECK(!draws.empty(), "a run that is not done wants nothing");
     const explore::Draw next = std::move(draws.front());
     draws.pop_front();
-    const auto seed = static_cast<std::uint64_t>(
-        RandomStream(study.seed, static_cast<std::uint32_t>(run.repetition()),
-                     static_cast<std::uint32_t>(next.rollout), RandomPurpose::kTaskSeed)
-            .next_bits());
+    const std::int64_t seed =
+        learner::task_seed(study, run.repetition(), next.rollout, run.num_discards(next.rollout));
     const std::unique_ptr<Controller> controller =
         run.exploration().policy(next.layer).with(next.theta)->controller();
-    const Outcome outcome = task.evaluate(*controller, seed);
+    const Outcome outcome = task.evaluate(*controller, static_cast<std::uint64_t>(seed));
     run.accept(next.rollout, outcome, 0);
   }
   return run.record();
@@ -62,7 +59,7 @@ std::vector<RunRecord> run_study(const std::filesystem::path& file,
   const Study study = load_study(file, overrides).study;
   Tasks tasks;
   std::vector<RunRecord> records;
-  for (int run = 0; run < study.num_runs(); ++run) records.push_back(learn(study, run, tasks));
+  for (int run = 0; run < study.num_runs(); ++run) records.push_back(learn_run(study, run, tasks));
   return records;
 }
 

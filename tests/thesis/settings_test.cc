@@ -12,6 +12,7 @@
 #include "learner/fit/fit_tree.h"
 #include "learner/study/study_file.h"
 #include "tests/fit/start_tree.h"
+#include "tests/thesis/studies.h"
 
 /// Sections 4-1-1, 4-2-1, 4-3-1 and A-4-3: tasks and starts of the shipped studies, number by
 /// number. Their exploration, tables 4-1 to 4-3 and A-1, is held by shipped_studies_test; noise
@@ -22,7 +23,6 @@ namespace {
 
 using nlohmann::json;
 
-const std::filesystem::path kStudies = TREEROLL_STUDIES_DIR;
 constexpr double kTolerance = 1e-12;
 
 Study study(const std::string& name) { return load_study(kStudies / (name + ".toml"), {}).study; }

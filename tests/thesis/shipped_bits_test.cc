@@ -58,20 +58,20 @@ INSTANTIATE_TEST_SUITE_P(
     Studies, ShippedBitsTest,
     ::testing::Values(
         // clang-format off
-        Promise{"hold", "f284d4c01890dde9c67e91af8f995ea0", "34349dbd67504fa8cf59f415a502c430"},
-        Promise{"spiral", "915f965c9ca2058ecd024cdaffaf2828", "1b0a07207bb5b16914832f0ca4b1fb55"},
-        Promise{"swing_up", "5f3b1964faad5e32fc7113f377faf33e", "21aee433316d323f2d8cde56b9bb0919", true},
-        Promise{"swing_up_rules", "4d13288b6b2dfbeda3a6df7314b0a96a", "816d629aaab10461692453513cb90733"},
-        Promise{"thesis_4_1", "10926966740c1ed1ae31ec525bd086ac", "c85f9ef4488f5220dffbbcef64beb39d"},
-        Promise{"thesis_4_1_initial_noise", "b5f914a5dcb0a9b54147ab3b482f869f", "2508cb6ce739101b4ed7bb8a45531a2c"},
-        Promise{"thesis_4_1_minimum_noise", "34b674539da1a9d9f9c7e0ad125b0b67", "2b7c68f824f0c0979d9d44739b1988fe"},
-        Promise{"thesis_4_1_reuse", "e404c6143028d1259d3d7d67bfc40add", "d09309dcc210fc5c4061c2acbd796598"},
-        Promise{"thesis_4_2", "1e5e019fc734e416148d0893cb0dd8bf", "51130cf5ff8a68d95018cb07830d1e4f"},
-        Promise{"thesis_4_2_initial_noise", "8a78d8e65f951cbfa34c28fe617b3782", "afd1cfdce288c2201947d17f019158cd"},
-        Promise{"thesis_4_2_minimum_noise", "4191c701ab51e188ea81c48b9a16a072", "f30132bd3db648b300456890fc4a9f00"},
-        Promise{"thesis_4_3", "a41b22f71307e63200135f55c911f8cc", "bec99288e3418008cb8f5a9ee647bd51", true},
-        Promise{"thesis_frames", "94991cfce7b029458697751011c80a3a", "52932cd85255766285f4ee3e52f24602"},
-        Promise{"thesis_window", "a5f2c71fbc0b4f5fccbd6ae70a1650d6", "0793d9b52ff9a923a0019da382ed1cbe"}  // clang-format on
+        Promise{"hold", "55543c084d91b0b2e8a347db1549229e", "b5b10b462b991f982a587bb598f004ff"},
+        Promise{"spiral", "1566caa29e40afb148e33d9c6ec22337", "ea4d22aae44fae50dddddabed396a5d3"},
+        Promise{"swing_up", "e1967a3927cb41cfc6ab76b4f6f45c61", "d535b60f94c0f763d2419526d1bc573c", true},
+        Promise{"swing_up_rules", "4dfab0e0ff541252a407e7076df87f43", "e55ef720e4fac564875cc281f5f96cdf"},
+        Promise{"thesis_4_1", "483d13d484ecef014b386ba37bfbbc34", "f964f019f5588cabba6779dc95d31315"},
+        Promise{"thesis_4_1_initial_noise", "c31c0211484b247f3c9d9e2746273c67", "2e09fb5c5b9c4785bae0ae35193d642f"},
+        Promise{"thesis_4_1_minimum_noise", "7292ce3d68700aee8a26116f85bd96ca", "906943bd083e3afb9d260321be5a80b3"},
+        Promise{"thesis_4_1_reuse", "a5f957d97f34997da8e369cc8630783b", "ea37210cd2f9d0dfbb5915ec194ecd7a"},
+        Promise{"thesis_4_2", "48ca7dafa33b84953efae447e8cda9d4", "f1f9d31357c806b82dcd0fabd95f60cf"},
+        Promise{"thesis_4_2_initial_noise", "a59b761a51551f255671bb099e9e1576", "32e64200bee40ee5bcb57300fc92d185"},
+        Promise{"thesis_4_2_minimum_noise", "c137e9ccb570c56965432ab228f14962", "3cd27d3dba1bacdc42a67dbbc2bbad2b"},
+        Promise{"thesis_4_3", "5c70657ee96e1a352e61a4fc22f4d2cc", "a88411e46cf1d13e3761a6d6812a7829", true},
+        Promise{"thesis_frames", "e78ac053bb1b2496bb1ecd79b5459802", "1ab2249bc51e32cbb583b6095e3eb814"},
+        Promise{"thesis_window", "09e28c52dd5678cf08e1655c7ea4078a", "bb101d1d90009e9b574e3a9d65bdaccb"}  // clang-format on
         ),
     [](const auto& info) { return info.param.study; });
 

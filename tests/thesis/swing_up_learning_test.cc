@@ -7,13 +7,12 @@
 #include <vector>
 
 #include "tests/thesis/run_study.h"
+#include "tests/thesis/studies.h"
 
 /// Section 4-3-2: learning the swing-up with the settings of table 4-3. The figures are means over
 /// repetitions of the best reward in 200 roll-outs, found independently with other random numbers.
 namespace treeroll {
 namespace {
-
-const std::filesystem::path kStudies = TREEROLL_STUDIES_DIR;
 
 class SwingUpLearningTest : public ::testing::Test {
  protected:

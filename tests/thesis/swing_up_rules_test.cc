@@ -6,14 +6,12 @@
 
 #include "learner/results/run_counts.h"
 #include "tests/thesis/run_study.h"
+#include "tests/thesis/studies.h"
 
 /// How far the update rules come on the swing-up, equations of motion, tuned settings, 100 seeds:
 /// what an independent implementation of each reached, with a margin for another draw of seeds.
 namespace treeroll {
 namespace {
-
-const std::filesystem::path kStudy =
-    std::filesystem::path(TREEROLL_STUDIES_DIR) / "swing_up_rules.toml";
 
 std::vector<double> best_after(const std::vector<RunRecord>& runs, std::size_t num_rollouts) {
   std::vector<double> best;
@@ -41,7 +39,8 @@ int num_swung_up(const std::vector<double>& best) {
 
 TEST(SwingUpRulesTest, PopulationRulesReachTheSwingUpWithinAThousandRollouts) {
   const std::vector<RunRecord> runs =
-      run_study(kStudy, {"study.repetitions=100", "study.rollouts=1000", "study.seed=2"});
+      run_study(kStudies / "swing_up_rules.toml",
+                {"study.repetitions=100", "study.rollouts=1000", "study.seed=2"});
   const auto pi2 = of_condition(runs, "pi2");
   EXPECT_GE(mean_of(best_after(pi2, 200)), .97);
   EXPECT_GE(num_swung_up(best_after(pi2, 1000)), 95);
@@ -63,7 +62,7 @@ TEST(SwingUpRulesTest, PopulationRulesReachTheSwingUpWithinAThousandRollouts) {
 
 TEST(SwingUpRulesTest, TunedPowerComesCloseInTwoThousand) {
   const std::vector<RunRecord> runs = run_study(
-      kStudy,
+      kStudies / "swing_up_rules.toml",
       {"study.repetitions=100", "study.rollouts=2000", "study.seed=2",
        R"(conditions=[{name="power", exploration={rule="power", noise_variance=[0.01, 0.3, 0.02], )"
        R"(initial_noise_factor=0.03, minimum_noise_fraction=0.005, minimum_noise_decay_start=50, )"
@@ -76,7 +75,7 @@ TEST(SwingUpRulesTest, TunedPowerComesCloseInTwoThousand) {
 
 TEST(SwingUpRulesTest, CmaEsReachesItWithEightInFlight) {
   const std::vector<RunRecord> runs = run_study(
-      kStudy,
+      kStudies / "swing_up_rules.toml",
       {"study.repetitions=100", "study.rollouts=700", "study.in_flight=8", "study.seed=2",
        R"(conditions=[{name="cma_es", exploration={rule="cma_es", coordinates="sensitivity", )"
        R"(initial_step=0.03, population=12, rate_factor=5.0, generation="stale"}}])"});

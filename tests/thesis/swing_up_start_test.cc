@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 
 /// Accuracy to which the rewards are known, given other integrators and orders of summation.
-constexpr double kTolerance = .005;
+constexpr double kRewardTolerance = .005;
 
 TreeModel start_tree(const char* policy) {
   const json table = json::parse(policy);
@@ -41,18 +41,18 @@ double reward(const Gmm& policy) {
 
 TEST(SwingUpStartTest, Section43TheFlatModelOfFourGaussiansStartsAt391) {
   const TreeModel flat = start_tree(R"({"model": "flat", "components": [4]})");
-  EXPECT_NEAR(reward(flat.finest()), .391, kTolerance);
+  EXPECT_NEAR(reward(flat.finest()), .391, kRewardTolerance);
 }
 
 TEST(SwingUpStartTest, Section43LayerTwoOfTheTreeStartsAt280) {
   const TreeModel tree = start_tree(R"({"model": "tree", "components": [2, 4]})");
   ASSERT_EQ(tree.num_layers(), 2);
-  EXPECT_NEAR(reward(tree.finest()), .280, kTolerance);
+  EXPECT_NEAR(reward(tree.finest()), .280, kRewardTolerance);
 }
 
 TEST(SwingUpStartTest, Section43TheOwnMixtureOfLayerOneStartsAt253) {
   const TreeModel tree = start_tree(R"({"model": "tree", "components": [2, 4]})");
-  EXPECT_NEAR(reward(tree.layer(1)), .253, kTolerance);
+  EXPECT_NEAR(reward(tree.layer(1)), .253, kRewardTolerance);
 }
 
 }  // namespace

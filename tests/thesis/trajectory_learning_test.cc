@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tests/thesis/run_study.h"
+#include "tests/thesis/studies.h"
 
 /// Sections 4-1-2, 4-2-2 and A-4-3: learning trajectories. The figures are means over 30
 /// repetitions of the rewards near roll-outs 50, 100, 200 and 400, found independently with other
@@ -12,8 +13,7 @@
 namespace treeroll {
 namespace {
 
-const std::filesystem::path kStudies = TREEROLL_STUDIES_DIR;
-constexpr double kTolerance = .12;
+constexpr double kFigureTolerance = .12;
 constexpr int kPlaces[] = {50, 100, 200, 400};
 
 const std::vector<RunRecord>& experiment(const std::string& file) {
@@ -60,7 +60,7 @@ TEST(TrajectoryLearningTest, Sections412And422TheLearningCurvesComeOut) {
     for (int i = 0; i < 4; ++i) {
       const auto expect = [&](const std::string& model, double figure) {
         const double measured = near(row.file, goal + "." + model, kPlaces[i]);
-        EXPECT_NEAR(measured, figure, kTolerance)
+        EXPECT_NEAR(measured, figure, kFigureTolerance)
             << row.file << " " << goal << "." << model << " near roll-out " << kPlaces[i];
       };
       expect("layer_1", row.layer_1[i]);
@@ -79,8 +79,8 @@ TEST(TrajectoryLearningTest, SectionA43TheLearningCurvesOfTheSpiralComeOut) {
     const double of_pourahmadi = near("spiral.toml", "pourahmadi", places[i]);
     std::printf("  near roll-out %d: Cholesky %.3f, Pourahmadi %.3f\n", places[i], of_cholesky,
                 of_pourahmadi);
-    EXPECT_NEAR(of_cholesky, cholesky[i], kTolerance) << places[i];
-    EXPECT_NEAR(of_pourahmadi, pourahmadi[i], kTolerance) << places[i];
+    EXPECT_NEAR(of_cholesky, cholesky[i], kFigureTolerance) << places[i];
+    EXPECT_NEAR(of_pourahmadi, pourahmadi[i], kFigureTolerance) << places[i];
   }
 }
 

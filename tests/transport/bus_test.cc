@@ -20,8 +20,6 @@ namespace {
 using protocol::Message;
 using testing::HasSubstr;
 
-const std::vector<Channel> kAll(kAllChannels.begin(), kAllChannels.end());
-
 std::string text_of(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -29,8 +27,8 @@ std::string text_of(const std::vector<std::byte>& bytes) {
 TEST(BusTest, TwoBusesExchangeEveryMessageInOrder) {
   Loop loop;
   const std::string url = loopback_url(1);
-  Listener learner(loop, url, kAll);
-  Listener worker(loop, url, kAll);
+  Listener learner(loop, url, kEveryChannel);
+  Listener worker(loop, url, kEveryChannel);
   std::vector<Message> sent;
   MessageMaker maker(1);
   for (int i = 0; i < 10; ++i) {
@@ -47,8 +45,8 @@ TEST(BusTest, TwoBusesExchangeEveryMessageInOrder) {
       << learner.received.size() << " and " << worker.received.size() << " of " << sent.size();
   EXPECT_EQ(learner.received, sent);
   EXPECT_EQ(worker.received, sent);
-  EXPECT_EQ(learner.bus->statistics().num_published, 50);
-  EXPECT_EQ(worker.bus->statistics().num_received, 100);
+  EXPECT_EQ(learner.bus->statistics().num_published, 5 * kNumChannels);
+  EXPECT_EQ(worker.bus->statistics().num_received, 10 * kNumChannels);
   EXPECT_EQ(worker.bus->statistics().num_rejected, 0);
   EXPECT_EQ(worker.bus->statistics().num_foreign, 0);
 }
@@ -56,7 +54,7 @@ TEST(BusTest, TwoBusesExchangeEveryMessageInOrder) {
 TEST(BusTest, ReceivesOnlyTheChannelsItAskedFor) {
   Loop loop;
   const std::string url = loopback_url(2);
-  Listener everything(loop, url, kAll);
+  Listener everything(loop, url, kEveryChannel);
   std::vector<std::unique_ptr<Listener>> listeners;
   for (const Channel channel : kAllChannels) {
     listeners.push_back(std::make_unique<Listener>(loop, url, std::vector<Channel>{channel}));
@@ -81,7 +79,7 @@ TEST(BusTest, ReceivesOnlyTheChannelsItAskedFor) {
 TEST(BusTest, GarbageOnTheGroupIsCountedOrFilteredAndHarmsNothing) {
   Loop loop;
   const std::string url = loopback_url(3);
-  Listener listener(loop, url, kAll);
+  Listener listener(loop, url, kEveryChannel);
   Listener sender(loop, url, {});
   const std::string truth = text_of(encode(protocol::RunStatus{}));
   std::int64_t num_refused = 0;
@@ -121,8 +119,8 @@ TEST(BusTest, GarbageOnTheGroupIsCountedOrFilteredAndHarmsNothing) {
 
 TEST(BusTest, AnotherGroupOnTheSamePortIsNotHeard) {
   Loop loop;
-  Listener listener(loop, loopback_url(4), kAll);
-  Listener neighbour(loop, loopback_url(5), kAll);
+  Listener listener(loop, loopback_url(4), kEveryChannel);
+  Listener neighbour(loop, loopback_url(5), kEveryChannel);
   const Message theirs = MessageMaker(4).make(Channel::kRunStatus);
   const Message ours = MessageMaker(5).make(Channel::kRunStatus);
   neighbour.bus->publish(theirs);
@@ -187,7 +185,7 @@ TEST(BusTest, OthersHaveTheirTurnWhileMoreIsWaitingThanATurnReads) {
 TEST(BusTest, WhatAReceiverWouldRefuseIsNotSentAndSaidSo) {
   Loop loop;
   const std::string url = loopback_url(7);
-  Listener bus(loop, url, kAll);
+  Listener bus(loop, url, kEveryChannel);
   protocol::RewardBatch too_large;
   too_large.results.assign(1024, {});
   too_large.held.assign(4096, {});
@@ -208,18 +206,19 @@ TEST(BusTest, WhatAReceiverWouldRefuseIsNotSentAndSaidSo) {
 TEST(BusTest, TheLargestMessageOfALimitedSizeGoesThrough) {
   Loop loop;
   const std::string url = loopback_url(8);
-  Listener bus(loop, url, kAll);
-  protocol::PolicyDefinition policy;
-  policy.content.assign(protocol::kDefinitionBytesMax, 'x');
-  bus.bus->publish(policy);
+  Listener bus(loop, url, kEveryChannel);
+  protocol::RewardBatch batch;
+  batch.held.assign(protocol::kHeldPerMessageMax, {1, 2});
+  batch.results.resize(760);
+  bus.bus->publish(batch);
   ASSERT_TRUE(run_until(loop, [&] { return !bus.received.empty(); }))
       << bus.bus->statistics().last_publish_error;
-  EXPECT_EQ(bus.received, std::vector<Message>{policy});
+  EXPECT_EQ(bus.received, std::vector<Message>{batch});
 }
 
 TEST(BusTest, TheReceiveBufferIsWhatTheUrlAsksFor) {
   Loop loop;
-  Listener bus(loop, loopback_url(9, "&recv_buf_size=65536"), kAll);
+  Listener bus(loop, loopback_url(9, "&recv_buf_size=65536"), kEveryChannel);
   EXPECT_EQ(bus.bus->statistics().receive_buffer_bytes, 65536);
 }
 
@@ -233,11 +232,48 @@ TEST(BusTest, BatchesFitAFrameWhereDatagramsMayLeaveThisHost) {
   EXPECT_EQ(remote.bus->batch_bytes_max(), protocol::kBatchBytesRemoteMax);
 }
 
+TEST(BusTest, WhatNoFrameHoldsIsNotSentWhereDatagramsMayLeaveThisHost) {
+  Loop loop;
+  std::string url = loopback_url(13);
+  url.replace(url.find("ttl=0"), 5, "ttl=1");
+  Listener bus(loop, url, {});
+  protocol::RolloutBatch batch;
+  batch.rollouts.resize(1);
+  batch.rollouts[0].theta.assign(150, .5);
+  bus.bus->publish(batch);
+  EXPECT_EQ(bus.bus->statistics().num_published, 1);
+  batch.rollouts[0].theta.assign(160, .5);
+  bus.bus->publish(batch);
+  EXPECT_EQ(bus.bus->statistics().num_unsent, 1);
+  EXPECT_THAT(bus.bus->statistics().last_publish_error,
+              HasSubstr("TREEROLL_ROLLOUTS: 1430 bytes are more than one frame holds, 1400"));
+}
+
+TEST(BusTest, AProgramThatMeetsOthersRefusesAUrlThatReachesNone) {
+  Loop loop;
+  for (const std::string url : {"memq://", "file:///tmp/run.log?mode=w"}) {
+    BusOptions options;
+    options.url = url;
+    options.among_programs = true;
+    const auto bus = open_bus(loop, std::move(options));
+    ASSERT_FALSE(bus) << url;
+    EXPECT_THAT(bus.error().message,
+                HasSubstr("LCM URL \"" + url + "\": reaches no other program"));
+  }
+}
+
+TEST(BusTest, AUrlWithoutAPortSends) {
+  Loop loop;
+  Listener bus(loop, "udpm://239.255.76.67?ttl=0", {});
+  bus.bus->publish(protocol::RolloutBatch{});
+  EXPECT_EQ(bus.bus->statistics().num_published, 1) << bus.bus->statistics().last_publish_error;
+}
+
 TEST(BusTest, ABusMayBeClosedAndOpenedAgain) {
   Loop loop;
   const std::string url = loopback_url(12);
   for (int i = 0; i < 20; ++i) {
-    Listener bus(loop, url, kAll);
+    Listener bus(loop, url, kEveryChannel);
     const Message message = MessageMaker(static_cast<std::uint64_t>(i)).make(Channel::kRunStatus);
     bus.bus->publish(message);
     ASSERT_TRUE(run_until(loop, [&] { return !bus.received.empty(); }));

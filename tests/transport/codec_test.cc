@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/protocol/limits.h"
+#include "common/protocol/wire_sizes.h"
 #include "tests/transport/message_maker.h"
 
 namespace treeroll::transport {
@@ -77,14 +78,38 @@ TEST(CodecTest, FullBatchesOfOrdinarySizeFitTheirLimits) {
   EXPECT_LE(encode(batch).size(), protocol::kBatchBytesRemoteMax);
 }
 
-TEST(CodecTest, TheLargestThetaAndTheLargestDefinitionFitAMessage) {
+TEST(CodecTest, TheLargestThetaFitsAMessage) {
   protocol::RolloutBatch batch;
   batch.rollouts.assign(1, {});
   batch.rollouts[0].theta.assign(protocol::kThetaDimMax, 1.0);
   EXPECT_EQ(refusal(Channel::kRolloutBatch, encode(batch)), std::nullopt);
-  protocol::PolicyDefinition policy;
-  policy.content.assign(protocol::kDefinitionBytesMax, 'x');
-  EXPECT_EQ(refusal(Channel::kPolicyDefinition, encode(policy)), std::nullopt);
+}
+
+/// What a sender does not fill up to a size is never larger than a frame, however long its texts.
+TEST(CodecTest, TheLargestOfWhatIsNotCutFitsAFrame) {
+  const std::string name(protocol::kNameBytesMax, 'n');
+  const std::string line(protocol::kStringBytesMax, 'l');
+  const std::string piece(protocol::kPieceBytes, '\xff');
+  protocol::DefinitionReport report;
+  report.text = line;
+  protocol::LearnerStatus learner;
+  learner.study = name;
+  learner.waiting_for = line;
+  protocol::RunStatus run;
+  run.condition = name;
+  protocol::BestPolicy best;
+  best.condition = name;
+  best.policy = piece;
+  protocol::DefinitionPiece definition;
+  definition.bytes = piece;
+  for (const Message& message : std::vector<Message>{report, learner, run, best, definition}) {
+    const auto bytes = encode(message);
+    const char* channel = channel_name(channel_of(message));
+    EXPECT_EQ(refusal(channel_of(message), bytes), std::nullopt);
+    EXPECT_LE(protocol::kFrameHeaderBytes + std::string(channel).size() + 1 + bytes.size(),
+              protocol::kBatchBytesRemoteMax)
+        << channel;
+  }
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ TEST(LcmUrlTest, HasLcmsDefaults) {
 
 TEST(LcmUrlTest, ReadsEveryProvider) {
   for (const auto& [text, provider] : std::vector<std::pair<std::string, Provider>>{
-           {"udpm://239.1.2.3", Provider::kUdpm},
+           {"udpm://239.1.2.3:7667?ttl=2&recv_buf_size=65536", Provider::kUdpm},
            {"tcpq://192.0.2.7:7701", Provider::kTcpq},
            {"memq://", Provider::kMemq},
            {"file:///tmp/run.log?speed=0", Provider::kFile},
@@ -48,6 +48,22 @@ TEST(LcmUrlTest, ReadsEveryProvider) {
     ASSERT_TRUE(url) << url.error().message;
     EXPECT_EQ(url->provider, provider);
     EXPECT_EQ(url->text, text);
+  }
+}
+
+/// What is left out is not left to liblcm.
+TEST(LcmUrlTest, GivesLiblcmAllOfIt) {
+  for (const auto& [text, whole] : std::vector<std::pair<std::string, std::string>>{
+           {"udpm://", "udpm://239.255.76.67:7667?ttl=0"},
+           {"udpm://239.1.2.3", "udpm://239.1.2.3:7667?ttl=0"},
+           {"udpm://239.1.2.3?recv_buf_size=65536,ttl=1",
+            "udpm://239.1.2.3:7667?ttl=1&recv_buf_size=65536"},
+           {"udpm://239.1.2.3:7700?", "udpm://239.1.2.3:7700?ttl=0"},
+           {"tcpq://", "tcpq://127.0.0.1:7700"},
+           {"tcpq://192.0.2.7", "tcpq://192.0.2.7:7700"}}) {
+    const auto url = parse_lcm_url(text);
+    ASSERT_TRUE(url) << url.error().message;
+    EXPECT_EQ(url->text, whole);
   }
 }
 
@@ -78,6 +94,11 @@ TEST(LcmUrlTest, BadOnesAreRefusedWithThePartTheValueAndTheRule) {
       {"tcpq://127.0.0.1:7700?ttl=1", "unknown option \"ttl\"; known here: none"},
       {"memq://x", "\"x\" after memq:// must be absent"},
       {"file://", "the path of a log must follow file://"},
+      {"file://x?speed=fast", "speed \"fast\" must be a number that is not negative"},
+      {"file://x?speed=-1", "speed \"-1\" must be"},
+      {"file://x?speed=nan", "speed \"nan\" must be"},
+      {"file://x?start_timestamp=", "start_timestamp \"\" must be"},
+      {"tcpq://127.0.0.1:0", "port \"0\" must be"},
       {"file://x?mode=x", "mode \"x\" must be r, w or a"},
   };
   for (const auto& [url, rule] : table) {

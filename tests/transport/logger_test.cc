@@ -99,7 +99,7 @@ TEST(LoggerTest, ABusHearsWhatLcmLogplayerPlays) {
     for (const Message& message : sent) writer.bus->publish(message);
   }
   ASSERT_EQ(read_log(path), sent);
-  Listener listener(loop, url, {kAllChannels.begin(), kAllChannels.end()});
+  Listener listener(loop, url, kEveryChannel);
   const ChildProcess player({kLogPlayer, "--lcm-url=" + url, path});
   EXPECT_TRUE(run_until(
       loop, [&] { return listener.received.size() >= sent.size(); }, kPatience));

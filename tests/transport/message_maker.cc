@@ -23,10 +23,16 @@ double MessageMaker::number() {
 
 std::string MessageMaker::text() {
   constexpr std::array kPieces = {
-      "", "a", "{\"name\": \"swing_up\"}", "\n", "\xc3\xa4", "\xe2\x82\xac", "\xf0\x9f\x8c\xb3"};
+      "", "a", "{\"name\": \"x\"}", "\n", "\xc3\xa4", "\xe2\x82\xac", "\xf0\x9f\x8c\xb3"};
   std::string text;
   for (std::size_t i = below(8); i > 0; --i) text += kPieces[below(kPieces.size())];
   return text;
+}
+
+std::string MessageMaker::bytes() {
+  std::string bytes;
+  for (std::size_t i = below(8); i > 0; --i) bytes.push_back(static_cast<char>(below(256)));
+  return bytes;
 }
 
 ContentHash MessageMaker::hash() {
@@ -45,6 +51,7 @@ RolloutRequest MessageMaker::request() {
   m.policy_id = hash();
   m.task_seed = any<std::int64_t>();
   m.theta = list(12, [this] { return number(); });
+  if (coin()) m.theta_id = hash();
   return m;
 }
 
@@ -53,8 +60,7 @@ RolloutResult MessageMaker::result() {
   m.key = key();
   m.attempt = count<std::int32_t>();
   m.content = any<std::int64_t>();
-  m.reward = number();
-  m.status = status();
+  m.outcome = {number(), status(), text()};
   m.duration_ns = up_to<std::int64_t>(kDurationNsMax);
   return m;
 }
@@ -80,6 +86,8 @@ RewardBatch MessageMaker::reward_batch() {
   m.last_index = up_to<std::int64_t>(kRunningNumberMax);
   m.results = list(5, [this] { return result(); });
   m.held = list(5, [this] { return key(); });
+  m.held_first = key();
+  m.held_last = key();
   return m;
 }
 
@@ -100,9 +108,23 @@ WorkerStatus MessageMaker::worker_status() {
   m.num_restarts = count<std::int64_t>();
   m.num_rejected = count<std::int64_t>();
   m.held = list(3, [this] {
-    return HeldRollouts{count<std::int64_t>(), up_to<std::int64_t>(kRunningNumberMax),
-                        up_to<std::int64_t>(kRunningNumberMax), list(4, [this] { return key(); })};
+    return HeldRollouts{count<std::int64_t>(),
+                        up_to<std::int64_t>(kRunningNumberMax),
+                        up_to<std::int64_t>(kRunningNumberMax),
+                        list(4, [this] { return key(); }),
+                        key(),
+                        key()};
   });
+  return m;
+}
+
+DefinitionPiece MessageMaker::definition_piece() {
+  DefinitionPiece m;
+  m.learner_id = count<std::int64_t>();
+  m.name = name();
+  m.num_bytes = up_to<std::int32_t>(kDefinitionBytesMax);
+  m.index = up_to<std::int32_t>(kPiecesMax - 1);
+  m.bytes = bytes();
   return m;
 }
 
@@ -110,26 +132,31 @@ DefinitionRequest MessageMaker::definition_request() {
   DefinitionRequest m;
   m.worker_id = count<std::int64_t>();
   m.learner_id = count<std::int64_t>();
-  m.task_ids = list(3, [this] { return hash(); });
-  m.policy_ids = list(3, [this] { return hash(); });
+  m.definitions = list(3, [this] {
+    return WantedDefinition{name(),
+                            list(4, [this] { return up_to<std::int32_t>(kPiecesMax - 1); })};
+  });
   return m;
 }
 
 LearnerStatus MessageMaker::learner_status() {
   LearnerStatus m;
   m.learner_id = count<std::int64_t>();
+  m.host = text();
+  m.pid = count<std::int32_t>();
   m.study = text();
   m.waiting_for = text();
   m.elapsed_s = number();
   for (auto* field : {&m.num_runs, &m.num_runs_done, &m.num_workers, &m.num_evaluators}) {
     *field = count<std::int32_t>();
   }
-  for (auto* field :
-       {&m.num_rollouts, &m.num_issued, &m.num_applied, &m.num_pending, &m.num_late,
-        &m.num_duplicate, &m.num_failed, &m.num_rejected, &m.num_reissued, &m.num_conflicting}) {
+  for (auto* field : {&m.num_rollouts, &m.num_evaluations, &m.num_evaluated, &m.num_issued,
+                      &m.num_applied, &m.num_pending, &m.num_late, &m.num_duplicate, &m.num_failed,
+                      &m.num_discarded, &m.num_rejected, &m.num_reissued, &m.num_conflicting}) {
     *field = count<std::int64_t>();
   }
   m.best_reward = number();
+  m.last_failure = text();
   return m;
 }
 
@@ -157,7 +184,10 @@ BestPolicy MessageMaker::best_policy() {
   m.repetition = count<std::int32_t>();
   m.rollout = any<std::int32_t>();
   m.reward = number();
-  m.policy = text();
+  m.policy_id = hash();
+  m.policy_bytes = up_to<std::int32_t>(kDefinitionBytesMax);
+  m.index = up_to<std::int32_t>(kPiecesMax - 1);
+  m.policy = bytes();
   return m;
 }
 
@@ -169,10 +199,8 @@ Message MessageMaker::make(Channel channel) {
       return reward_batch();
     case Channel::kWorkerStatus:
       return worker_status();
-    case Channel::kTaskDefinition:
-      return TaskDefinition{count<std::int64_t>(), hash(), text()};
-    case Channel::kPolicyDefinition:
-      return PolicyDefinition{count<std::int64_t>(), hash(), text()};
+    case Channel::kDefinitionPiece:
+      return definition_piece();
     case Channel::kDefinitionRequest:
       return definition_request();
     case Channel::kDefinitionReport:

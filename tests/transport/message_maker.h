@@ -13,11 +13,12 @@
 namespace treeroll::transport {
 
 inline constexpr std::array kAllChannels = {
-    Channel::kRolloutBatch,     Channel::kRewardBatch,      Channel::kWorkerStatus,
-    Channel::kTaskDefinition,   Channel::kPolicyDefinition, Channel::kDefinitionRequest,
-    Channel::kDefinitionReport, Channel::kLearnerStatus,    Channel::kRunStatus,
-    Channel::kBestPolicy,
+    Channel::kRolloutBatch,    Channel::kRewardBatch,       Channel::kWorkerStatus,
+    Channel::kDefinitionPiece, Channel::kDefinitionRequest, Channel::kDefinitionReport,
+    Channel::kLearnerStatus,   Channel::kRunStatus,         Channel::kBestPolicy,
 };
+/// The same, as a bus takes them.
+inline const std::vector<Channel> kEveryChannel(kAllChannels.begin(), kAllChannels.end());
 
 /// Random messages that every rule allows, edge values included. Equal seeds give equal messages.
 class MessageMaker {
@@ -61,6 +62,11 @@ class MessageMaker {
   bool coin() { return below(2) == 0; }
   double number();
   std::string text();
+  /// Of any value.
+  std::string bytes();
+  protocol::DefinitionName name() {
+    return {static_cast<protocol::DefinitionKind>(below(protocol::kNumDefinitionKinds)), hash()};
+  }
   ContentHash hash();
   RolloutStatus status() { return static_cast<RolloutStatus>(below(kNumRolloutStatuses)); }
   protocol::RolloutKey key() { return {count<std::int32_t>(), any<std::int32_t>()}; }
@@ -69,6 +75,7 @@ class MessageMaker {
   protocol::RolloutBatch rollout_batch();
   protocol::RewardBatch reward_batch();
   protocol::WorkerStatus worker_status();
+  protocol::DefinitionPiece definition_piece();
   protocol::DefinitionRequest definition_request();
   protocol::LearnerStatus learner_status();
   protocol::RunStatus run_status();

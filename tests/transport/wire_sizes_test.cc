@@ -25,8 +25,8 @@ TEST(WireSizesTest, EmptyMessagesAreWhatTheEncoderWrites) {
   EXPECT_EQ(size_of(protocol::RolloutBatch{}), protocol::kRolloutBatchBytes);
   EXPECT_EQ(size_of(protocol::RewardBatch{}), protocol::kRewardBatchBytes);
   EXPECT_EQ(size_of(protocol::DefinitionRequest{}), protocol::kDefinitionRequestBytes);
-  EXPECT_EQ(size_of(protocol::TaskDefinition{}), protocol::kDefinitionBytes);
-  EXPECT_EQ(size_of(protocol::PolicyDefinition{}), protocol::kDefinitionBytes);
+  EXPECT_EQ(size_of(protocol::DefinitionPiece{}), protocol::kDefinitionPieceBytes);
+  EXPECT_EQ(size_of(protocol::WorkerStatus{}), protocol::kWorkerStatusBytes);
 }
 
 TEST(WireSizesTest, ARolloutBatchGrowsByItsParts) {
@@ -40,21 +40,42 @@ TEST(WireSizesTest, ARolloutBatchGrowsByItsParts) {
                                 protocol::rollout_request_bytes(7));
 }
 
+TEST(WireSizesTest, ARequestWhoseThetaComesInPiecesNamesIt) {
+  protocol::RolloutBatch batch;
+  batch.rollouts.resize(1);
+  batch.rollouts[0].theta_id.emplace();
+  EXPECT_EQ(size_of(batch), protocol::kRolloutBatchBytes + protocol::kRequestByNameBytes);
+}
+
+TEST(WireSizesTest, AStatusGrowsByWhatIsHeld) {
+  protocol::WorkerStatus status;
+  status.held.resize(2);
+  status.held[1].keys.resize(3);
+  EXPECT_EQ(size_of(status), protocol::kWorkerStatusBytes + 2 * protocol::kHeldRolloutsBytes +
+                                 3 * protocol::kRolloutKeyBytes);
+}
+
 TEST(WireSizesTest, ARewardBatchGrowsByItsParts) {
   protocol::RewardBatch batch;
   batch.results.resize(3);
   batch.held.resize(5);
-  EXPECT_EQ(size_of(batch), protocol::kRewardBatchBytes + 3 * protocol::kRolloutResultBytes +
-                                5 * protocol::kRolloutKeyBytes);
+  const std::size_t size = protocol::kRewardBatchBytes + 3 * protocol::rollout_result_bytes(0) +
+                           5 * protocol::kRolloutKeyBytes;
+  EXPECT_EQ(size_of(batch), size);
+  batch.results[1].outcome = Outcome::failed(RolloutStatus::kFailed, "reason");
+  EXPECT_EQ(size_of(batch), size + 6);
 }
 
-TEST(WireSizesTest, DefinitionsGrowByHashesAndByTheirText) {
+TEST(WireSizesTest, DefinitionsGrowByNamesAndByTheirBytes) {
   protocol::DefinitionRequest request;
-  request.task_ids.resize(2);
-  request.policy_ids.resize(3);
-  EXPECT_EQ(size_of(request), protocol::kDefinitionRequestBytes + 5 * protocol::kContentHashBytes);
-  EXPECT_EQ(size_of(protocol::TaskDefinition{.learner_id = 1, .task_id = {}, .content = "ab"}),
-            protocol::kDefinitionBytes + 2);
+  request.definitions.resize(2);
+  request.definitions[1].pieces.resize(3);
+  EXPECT_EQ(size_of(request), protocol::kDefinitionRequestBytes +
+                                  protocol::wanted_definition_bytes(0) +
+                                  protocol::wanted_definition_bytes(3));
+  protocol::DefinitionPiece piece;
+  piece.bytes = "ab";
+  EXPECT_EQ(size_of(piece), protocol::kDefinitionPieceBytes + 2);
 }
 
 }  // namespace

@@ -10,21 +10,21 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-struct Outcome {
+struct Ended {
   std::optional<int> status;
   std::string output;
   std::string errors;
 };
 
-Outcome run(const std::vector<std::string>& arguments, const std::string& input = "") {
+Ended run_worker(const std::vector<std::string>& arguments, const std::string& input = "") {
   Child child(arguments, input);
   const std::optional<int> status = child.wait();
   return {status, child.output(), child.errors()};
 }
 
 TEST(DescribeTaskTest, PrintsDescriptionAndResolvedSettings) {
-  const Outcome outcome =
-      run({"--describe-task"}, R"({"name": "synthetic", "settings": {"time_limit_s": 3}})");
+  const Ended outcome =
+      run_worker({"--describe-task"}, R"({"name": "synthetic", "settings": {"time_limit_s": 3}})");
   EXPECT_EQ(outcome.status, 0);
   const json printed = json::parse(outcome.output);
   EXPECT_EQ(printed["description"]["input_dim"], 1);
@@ -35,8 +35,8 @@ TEST(DescribeTaskTest, PrintsDescriptionAndResolvedSettings) {
 }
 
 TEST(DescribeTaskTest, SaysWhichSettingIsWrongAndWhy) {
-  const Outcome outcome =
-      run({"--describe-task"}, R"({"name": "synthetic", "settings": {"duration_us": -4}})");
+  const Ended outcome =
+      run_worker({"--describe-task"}, R"({"name": "synthetic", "settings": {"duration_us": -4}})");
   EXPECT_EQ(outcome.status, 2);
   const json error = json::parse(outcome.output)["error"];
   EXPECT_EQ(error["key"], "task.duration_us");
@@ -49,40 +49,59 @@ TEST(DescribeTaskTest, RefusesWhatIsNoTask) {
        {"", "x", "[]", "{}", R"({"name": 3, "settings": {}})",
         R"({"name": "synthetic", "settings": []})", R"({"name": "nobody", "settings": {}})",
         R"({"name": "synthetic", "settings": {}, "more": 1})", "{\"name\": \"\xff\"}"}) {
-    const Outcome outcome = run({"--describe-task"}, input);
+    const Ended outcome = run_worker({"--describe-task"}, input);
     EXPECT_EQ(outcome.status, 2) << input;
     EXPECT_TRUE(json::parse(outcome.output).contains("error")) << input;
   }
 }
 
+TEST(DescribeTaskTest, AgreesWithWhatItHasResolvedAndRefusesAllElse) {
+  json content{{"name", "synthetic"}, {"settings", {{"time_limit_s", 3}}}};
+  const json printed = json::parse(run_worker({"--describe-task"}, content.dump()).output);
+  content["settings"] = printed["settings"];
+  content["described"] = printed["description"];
+  EXPECT_EQ(json::parse(run_worker({"--describe-task"}, content.dump()).output), printed);
+  // A study that was begun with a worker of other defaults.
+  content["settings"].erase("duration_us");
+  const Ended other = run_worker({"--describe-task"}, content.dump());
+  EXPECT_EQ(other.status, 2);
+  EXPECT_EQ(json::parse(other.output)["error"]["key"], "task.duration_us");
+  EXPECT_THAT(json::parse(other.output)["error"]["rule"].get<std::string>(),
+              HasSubstr("did not exist when the study began"));
+  content["settings"] = printed["settings"];
+  content["described"]["version"] = "2";
+  EXPECT_EQ(json::parse(run_worker({"--describe-task"}, content.dump()).output)["error"]["key"],
+            "task.described.version");
+}
+
 TEST(DescribeTaskTest, RefusesBottomlessNesting) {
   const std::string deep = R"({"name": "synthetic", "settings": )" + std::string(100'000, '[');
-  const Outcome outcome = run({"--describe-task"}, deep);
+  const Ended outcome = run_worker({"--describe-task"}, deep);
   EXPECT_EQ(outcome.status, 2);
   EXPECT_THAT(outcome.output, HasSubstr("must not be nested deeper than 64"));
 }
 
 TEST(DescribeTaskTest, RefusesAnEndlessInput) {
-  EXPECT_EQ(run({"--describe-task"}, std::string((1U << 20U) + 1, ' ')).status, 2);
+  EXPECT_EQ(run_worker({"--describe-task"}, std::string((1U << 20U) + 1, ' ')).status, 2);
 }
 
 TEST(WorkerOptionsTest, BadOnesAreNamedAndEndWithStatusTwo) {
   for (const char* number : {"0", "-1", "1025", "two", "1.5", "99999999999999999999"}) {
-    const Outcome outcome = run({std::string("--processes=") + number});
+    const Ended outcome = run_worker({std::string("--processes=") + number});
     EXPECT_EQ(outcome.status, 2) << number;
     EXPECT_THAT(outcome.errors, HasSubstr(std::string("--processes = ") + number +
                                           ": must be an integer from 1 to 1024"));
   }
-  const Outcome unknown = run({"--proceses=2"});
+  const Ended unknown = run_worker({"--proceses=2"});
   EXPECT_EQ(unknown.status, 2);
   EXPECT_THAT(unknown.errors, HasSubstr("--proceses"));
-  const Outcome url = run({"--processes=1", "--lcm-url=udpm://nonsense"});
+  const Ended url = run_worker({"--processes=1", "--lcm-url=udpm://nonsense"});
   EXPECT_EQ(url.status, 2);
   EXPECT_THAT(url.errors, HasSubstr("nonsense"));
 }
 
 TEST(WorkerOptionsTest, VersionIsPrinted) {
-  const Outcome outcome = run({"--version"});
+  const Ended outcome = run_worker({"--version"});
   EXPECT_EQ(outcome.status, 0);
   EXPECT_THAT(outcome.output, HasSubstr("treeroll-worker 0."));
 }

@@ -26,22 +26,22 @@ json request(const json& task_settings = json::object()) {
           {"policy", policy().dump()}};
 }
 
-struct Outcome {
+struct Answer {
   std::optional<int> status;
   json said;
 };
 
-Outcome evaluate(const std::string& input) {
+Answer ask_worker(const std::string& input) {
   Child child({"--evaluate"}, input);
   const std::optional<int> status = child.wait();
   return {status, json::parse(child.output(), nullptr, false)};
 }
 
 TEST(EvaluatePolicyTest, SaysRewardStatusAndDescription) {
-  const Outcome outcome = evaluate(request().dump());
+  const Answer outcome = ask_worker(request().dump());
   EXPECT_EQ(outcome.status, 0);
-  EXPECT_EQ(outcome.said["evaluation"], (json{{"reward", 1}, {"status", "ok"}}));
-  EXPECT_EQ(outcome.said["complaint"], "");
+  EXPECT_EQ(outcome.said["evaluation"], (json{{"reason", ""}, {"reward", 1}, {"status", "ok"}}));
+  EXPECT_EQ(outcome.said["evaluation"]["reason"], "");
   EXPECT_EQ(outcome.said["description"]["input_dim"], 1);
   EXPECT_FALSE(outcome.said.contains("trace"));
 }
@@ -50,7 +50,7 @@ TEST(EvaluatePolicyTest, TheSeedDecidesWhereATaskIsNotDeterministic) {
   json asked = request({{"noise_deviation", .1}, {"target", {3, 3, 1}}});
   const auto reward = [&](int seed) {
     asked["seed"] = seed;
-    return evaluate(asked.dump()).said["evaluation"]["reward"];
+    return ask_worker(asked.dump()).said["evaluation"]["reward"];
   };
   EXPECT_EQ(reward(1), reward(1));
   EXPECT_NE(reward(1), reward(2));
@@ -59,7 +59,7 @@ TEST(EvaluatePolicyTest, TheSeedDecidesWhereATaskIsNotDeterministic) {
 TEST(EvaluatePolicyTest, ATaskWithoutTracesGivesAnEmptyOne) {
   json asked = request();
   asked["trace"] = true;
-  const json said = evaluate(asked.dump()).said;
+  const json said = ask_worker(asked.dump()).said;
   EXPECT_EQ(said["trace"], (json{{"columns", json::array()},
                                  {"numbers", json::array()},
                                  {"policy_inputs", json::array()},
@@ -71,7 +71,7 @@ TEST(EvaluatePolicyTest, ATraceHasThePolicysColumnsAndWhatIsSeenAtEachRow) {
   const json asked{{"task", {{"name", "swing_up"}, {"settings", {{"duration_s", .01}}}}},
                    {"policy", policy().dump()},
                    {"trace", true}};
-  const json trace = evaluate(asked.dump()).said["trace"];
+  const json trace = ask_worker(asked.dump()).said["trace"];
   EXPECT_EQ(trace["policy_inputs"], json{"time_s"});
   EXPECT_EQ(trace["policy_outputs"], json{"cart_acceleration_mps2"});
   EXPECT_EQ(trace["poses"].size() * trace["columns"].size(), trace["numbers"].size());
@@ -83,11 +83,13 @@ TEST(EvaluatePolicyTest, ATraceHasThePolicysColumnsAndWhatIsSeenAtEachRow) {
 }
 
 TEST(EvaluatePolicyTest, AFailureIsAnAnswerAndATaskPastItsTimeIsEnded) {
-  const Outcome failed = evaluate(request({{"fail_fraction", 1}}).dump());
+  const Answer failed = ask_worker(request({{"fail_fraction", 1}}).dump());
   EXPECT_EQ(failed.status, 0);
-  EXPECT_EQ(failed.said["evaluation"], (json{{"reward", 0}, {"status", "failed"}}));
-  EXPECT_EQ(evaluate(request({{"crash_fraction", 1}}).dump()).status, -SIGSEGV);
-  EXPECT_EQ(evaluate(request({{"hang_fraction", 1}, {"time_limit_s", .1}}).dump()).status,
+  EXPECT_EQ(failed.said["evaluation"], (json{{"reason", "its policy is one of fail_fraction"},
+                                             {"reward", 0},
+                                             {"status", "failed"}}));
+  EXPECT_EQ(ask_worker(request({{"crash_fraction", 1}}).dump()).status, -SIGSEGV);
+  EXPECT_EQ(ask_worker(request({{"hang_fraction", 1}, {"time_limit_s", .1}}).dump()).status,
             -SIGXCPU);
 }
 
@@ -130,7 +132,7 @@ TEST(EvaluatePolicyTest, BadRequestsAreRefusedWithKeyAndRule) {
            {"policy", with("task", {{"name", "synthetic"}, {"settings", {{"input_dim", 2}}}}),
             "has 1 inputs and 1 outputs, must have 2 inputs and 1 outputs"},
        }) {
-    const Outcome outcome = evaluate(bad.request);
+    const Answer outcome = ask_worker(bad.request);
     EXPECT_EQ(outcome.status, 2) << bad.request.substr(0, 300);
     EXPECT_EQ(outcome.said["error"]["key"], bad.key) << outcome.said;
     EXPECT_THAT(outcome.said["error"]["rule"].get<std::string>(), HasSubstr(bad.rule));

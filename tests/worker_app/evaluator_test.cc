@@ -2,8 +2,14 @@
 
 #include <gmock/gmock.h>
 
+#include <cfenv>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+
+#if defined(__x86_64__)
+#include <xmmintrin.h>
+#endif
 
 #include "common/base/settings_reader.h"
 #include "tests/worker_app/learner_stand_in.h"
@@ -20,10 +26,14 @@ class MirrorTask : public Task {
  public:
   explicit MirrorTask(SettingsReader& settings) {
     if (settings.boolean("throw", false)) throw std::runtime_error("no \xff luck");
+    description_.input_dim = static_cast<int>(settings.integer("input_dim", -10, 10000, 1));
+    description_.reward_min = settings.number("reward_min", {}, 0);
+    description_.reward_max = settings.number("reward_max", {}, 1);
+    description_.time_limit_s = settings.number("time_limit_s", {}, 1);
+    if (settings.boolean("nan", false)) description_.time_limit_s = std::nan("");
+    if (settings.boolean("round_down", false)) std::fesetround(FE_DOWNWARD);
   }
-  TaskDescription description() const override {
-    return {.input_dim = 1, .output_dim = 1, .time_limit_s = 1};
-  }
+  TaskDescription description() const override { return description_; }
   Outcome evaluate(Controller& controller, std::uint64_t seed) override {
     controller.start();
     const double mean = controller.act(0);
@@ -32,8 +42,25 @@ class MirrorTask : public Task {
     if (mean == 9) return Outcome::ok(std::numeric_limits<double>::quiet_NaN());
     if (mean == 10) return Outcome::ok(static_cast<double>(seed) / 10);
     if (mean == 11) return {.5, RolloutStatus::kDiverged};
-    return Outcome::ok(mean);
+    if (mean == 12) return Outcome::ok(has_standard_modes() ? 1 : 0);
+    if (mean == 13 || mean == 14) set_other_modes();
+    if (mean == 14) throw std::runtime_error("fourteen");
+    return Outcome::ok(mean == 13 ? 0 : mean);
   }
+
+ private:
+  static bool has_standard_modes() {
+    const volatile double smallest = std::numeric_limits<double>::min();
+    return std::fegetround() == FE_TONEAREST && smallest / 4 > 0;
+  }
+  static void set_other_modes() {
+    std::fesetround(FE_UPWARD);
+#if defined(__x86_64__)
+    _mm_setcsr(_mm_getcsr() | 0x8040U);  // denormals are 0, as result and as operand
+#endif
+  }
+
+  TaskDescription description_{.input_dim = 1, .output_dim = 1};
 };
 
 class EvaluatorTest : public testing::Test {
@@ -46,12 +73,10 @@ class EvaluatorTest : public testing::Test {
     return registry;
   }
   DefinitionReport define_task(const std::string& content) {
-    return std::get<DefinitionReport>(
-        *evaluator_.handle(protocol::TaskDefinition{0, content_hash("t"), content}));
+    return *evaluator_.define({{protocol::DefinitionKind::kTask, content_hash("t")}, content});
   }
   DefinitionReport define_policy(const std::string& content) {
-    return std::get<DefinitionReport>(
-        *evaluator_.handle(protocol::PolicyDefinition{0, content_hash("p"), content}));
+    return *evaluator_.define({{protocol::DefinitionKind::kPolicy, content_hash("p")}, content});
   }
   void define() {
     ASSERT_TRUE(define_task(R"({"name":"mirror","settings":{}})").accepted);
@@ -65,7 +90,7 @@ class EvaluatorTest : public testing::Test {
     batch.rollouts[0].policy_id = content_hash("p");
     batch.rollouts[0].task_seed = seed;
     batch.rollouts[0].theta = std::move(theta);
-    const auto answer = std::get<protocol::RewardBatch>(*evaluator_.handle(batch));
+    const auto answer = evaluator_.answer(batch);
     EXPECT_EQ(answer.last_batch, 42);
     EXPECT_EQ(answer.results.at(0).content, 6);
     return answer.results.at(0);
@@ -74,6 +99,38 @@ class EvaluatorTest : public testing::Test {
   TaskRegistry registry_;
   Evaluator evaluator_;
 };
+
+TEST_F(EvaluatorTest, FloatingPointModesOfOneRolloutDoNotReachTheNext) {
+  define();
+  EXPECT_EQ(evaluate({0, 12, 0}).outcome.reward(), 1);
+  for (const double sets_modes : {13., 14.}) {
+    evaluate({0, sets_modes, 0});
+    EXPECT_EQ(std::fegetround(), FE_TONEAREST);
+    EXPECT_EQ(evaluate({0, 12, 0}).outcome.reward(), 1)
+        << "after the task that answers " << sets_modes;
+  }
+  ASSERT_TRUE(define_task(R"({"name":"mirror","settings":{"round_down":true}})").accepted);
+  EXPECT_EQ(std::fegetround(), FE_TONEAREST);
+  EXPECT_EQ(evaluate({0, 12, 0}).outcome.reward(), 1);
+}
+
+TEST_F(EvaluatorTest, ADescriptionThatContradictsItselfIsRefusedWithItsNumbers) {
+  const auto refusal_of = [this](const std::string& settings) {
+    const DefinitionReport report =
+        define_task(R"({"name":"mirror","settings":{)" + settings + "}}");
+    EXPECT_FALSE(report.accepted) << settings;
+    return report.text;
+  };
+  EXPECT_THAT(
+      refusal_of(R"("reward_min": -1)"),
+      HasSubstr("task = \"mirror\": describes rewards from -1 to 1: must be a finite range"));
+  EXPECT_THAT(refusal_of(R"("reward_min": 2)"), HasSubstr("rewards from 2 to 1"));
+  EXPECT_THAT(refusal_of(R"("time_limit_s": 0)"), HasSubstr("a time limit of 0 s: must be above"));
+  EXPECT_THAT(refusal_of(R"("time_limit_s": 2e6)"), HasSubstr("a time limit of 2000000 s"));
+  EXPECT_THAT(refusal_of(R"("nan": true)"), HasSubstr("a time limit of nan s"));
+  EXPECT_THAT(refusal_of(R"("input_dim": 0)"), HasSubstr("0 inputs and 1 outputs: must be from 1"));
+  EXPECT_THAT(refusal_of(R"("input_dim": 1025)"), HasSubstr("1025 inputs"));
+}
 
 TEST_F(EvaluatorTest, DescribesWhatItCanBuildAndSaysWhyItCannot) {
   EXPECT_EQ(json::parse(define_task(R"({"name":"mirror","settings":{}})").text)["input_dim"], 1);
@@ -91,27 +148,27 @@ TEST_F(EvaluatorTest, DescribesWhatItCanBuildAndSaysWhyItCannot) {
 
 TEST_F(EvaluatorTest, GivesRewardsAndSeeds) {
   define();
-  EXPECT_EQ(evaluate({0, .5, 0}).reward, .5);
-  EXPECT_EQ(evaluate({0, 10, 0}, 3).reward, .3);
+  EXPECT_EQ(evaluate({0, .5, 0}).outcome.reward(), .5);
+  EXPECT_EQ(evaluate({0, 10, 0}, 3).outcome.reward(), .3);
   EXPECT_GT(evaluate({0, .5, 0}).duration_ns, 0);
 }
 
 TEST_F(EvaluatorTest, TurnsWhatGoesWrongIntoAStatusWithRewardZero) {
   define();
   for (const double bad : {7., 8., 9., 1.5, -.5}) {
-    EXPECT_EQ(evaluate({0, bad, 0}).status, RolloutStatus::kFailed) << bad;
-    EXPECT_EQ(evaluate({0, bad, 0}).reward, 0) << bad;
+    EXPECT_EQ(evaluate({0, bad, 0}).outcome.status(), RolloutStatus::kFailed) << bad;
+    EXPECT_EQ(evaluate({0, bad, 0}).outcome.reward(), 0) << bad;
   }
-  EXPECT_EQ(evaluate({0, 11, 0}).status, RolloutStatus::kDiverged);
-  EXPECT_EQ(evaluate({0, 11, 0}).reward, 0);
-  EXPECT_EQ(evaluate({.5, 0}).status, RolloutStatus::kFailed) << "theta of another size";
-  EXPECT_EQ(evaluate({0, .5, 0}).status, RolloutStatus::kOk) << "and goes on";
+  EXPECT_EQ(evaluate({0, 11, 0}).outcome.status(), RolloutStatus::kDiverged);
+  EXPECT_EQ(evaluate({0, 11, 0}).outcome.reward(), 0);
+  EXPECT_EQ(evaluate({.5, 0}).outcome.status(), RolloutStatus::kFailed) << "theta of another size";
+  EXPECT_EQ(evaluate({0, .5, 0}).outcome.status(), RolloutStatus::kOk) << "and goes on";
 }
 
 TEST_F(EvaluatorTest, ForgetsADefinitionWithoutContent) {
   define();
-  EXPECT_FALSE(evaluator_.handle(protocol::TaskDefinition{0, content_hash("t"), ""}));
-  EXPECT_EQ(evaluate({0, .5, 0}).status, RolloutStatus::kFailed);
+  EXPECT_FALSE(evaluator_.define({{protocol::DefinitionKind::kTask, content_hash("t")}, ""}));
+  EXPECT_EQ(evaluate({0, .5, 0}).outcome.status(), RolloutStatus::kFailed);
 }
 
 }  // namespace

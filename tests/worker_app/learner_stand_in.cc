@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/base/check.h"
+#include "common/protocol/pieces.h"
 #include "tests/transport/loopback.h"
 
 namespace treeroll::worker {
@@ -47,13 +48,20 @@ bool LearnerStandIn::meet_worker() {
 
 void LearnerStandIn::define(const std::string& task) {
   task_ = task;
-  bus_->publish(protocol::TaskDefinition{kLearner, content_hash(task_), task_});
-  bus_->publish(protocol::PolicyDefinition{kLearner, content_hash(policy_), policy_});
+  publish(protocol::DefinitionKind::kTask, task_);
+  publish(protocol::DefinitionKind::kPolicy, policy_);
+}
+
+void LearnerStandIn::publish(protocol::DefinitionKind kind, const std::string& content) {
+  for (int index = 0; index < protocol::num_pieces(content.size()); ++index) {
+    bus_->publish(
+        protocol::definition_piece(kLearner, {kind, content_hash(content)}, content, index));
+  }
 }
 
 void LearnerStandIn::define_policy(const Policy& policy) {
   policy_ = to_json(policy);
-  bus_->publish(protocol::PolicyDefinition{kLearner, content_hash(policy_), policy_});
+  publish(protocol::DefinitionKind::kPolicy, policy_);
 }
 
 void LearnerStandIn::ask(int first, int num) {

@@ -44,6 +44,7 @@ class LearnerStandIn {
   std::optional<protocol::WorkerStatus> status;
 
  private:
+  void publish(protocol::DefinitionKind kind, const std::string& content);
   void receive(const protocol::Message& message);
 
   std::string url_;

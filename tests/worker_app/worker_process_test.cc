@@ -39,8 +39,8 @@ TEST(WorkerProcessTest, EvaluatesAndAnswersEveryRolloutAndDrainsWithStatusZero) 
     return true;
   }));
   // The reward is a smooth function of theta with its maximum where the last number is 1.
-  EXPECT_EQ(stage.learner.result(10)->status, RolloutStatus::kOk);
-  EXPECT_GT(stage.learner.result(10)->reward, stage.learner.result(20)->reward);
+  EXPECT_EQ(stage.learner.result(10)->outcome.status(), RolloutStatus::kOk);
+  EXPECT_GT(stage.learner.result(10)->outcome.reward(), stage.learner.result(20)->outcome.reward());
   stage.learner.acknowledge();
   stage.worker.signal(SIGTERM);
   EXPECT_EQ(stage.worker.wait(), 0);
@@ -54,7 +54,7 @@ TEST(WorkerProcessTest, AsksForDefinitionsItMissed) {
   ASSERT_TRUE(learner.meet_worker());
   learner.ask(0, 1);
   ASSERT_TRUE(learner.until([&] { return !learner.requests.empty(); }));
-  EXPECT_THAT(learner.requests[0].task_ids, SizeIs(1));
+  EXPECT_THAT(learner.requests[0].definitions, SizeIs(2));
   learner.define(synthetic_task("{}"));
   EXPECT_TRUE(learner.until([&] { return learner.result(0) != nullptr; }));
 }
@@ -94,8 +94,8 @@ TEST(WorkerProcessTest, ReplacesAKilledEvaluatorAndAnswersItsRollout) {
   kill(evaluators[0], SIGKILL);
   ASSERT_TRUE(stage.learner.until(
       [&] { return stage.learner.result(0) != nullptr && stage.learner.result(1) != nullptr; }));
-  EXPECT_EQ(stage.learner.result(0)->status, RolloutStatus::kOk);
-  EXPECT_EQ(stage.learner.result(1)->status, RolloutStatus::kOk);
+  EXPECT_EQ(stage.learner.result(0)->outcome.status(), RolloutStatus::kOk);
+  EXPECT_EQ(stage.learner.result(1)->outcome.status(), RolloutStatus::kOk);
   EXPECT_TRUE(stage.learner.until([&] { return stage.learner.status->num_restarts == 1; }));
   EXPECT_FALSE(is_alive(evaluators[0]));
   EXPECT_THAT(children_of(stage.worker.pid()), SizeIs(2));
@@ -108,8 +108,8 @@ TEST(WorkerProcessTest, ARolloutThatCrashesItsEvaluatorsIsAnsweredAsCrashed) {
   stage.learner.ask(0, 2);
   ASSERT_TRUE(stage.learner.until(
       [&] { return stage.learner.result(0) != nullptr && stage.learner.result(1) != nullptr; }));
-  EXPECT_EQ(stage.learner.result(0)->status, RolloutStatus::kCrashed);
-  EXPECT_EQ(stage.learner.result(1)->status, RolloutStatus::kCrashed);
+  EXPECT_EQ(stage.learner.result(0)->outcome.status(), RolloutStatus::kCrashed);
+  EXPECT_EQ(stage.learner.result(1)->outcome.status(), RolloutStatus::kCrashed);
   EXPECT_THAT(stage.worker.errors(), HasSubstr("was ended by signal 11"));
 }
 
@@ -121,7 +121,7 @@ TEST(WorkerProcessTest, ARolloutThatHangsOrBlocksIsAnsweredAsTimedOut) {
         std::string(R"({"hang_fraction": 1, "time_limit_s": 0.05, "mode": ")") + mode + "\"}"));
     stage.learner.ask(0, 1);
     ASSERT_TRUE(stage.learner.until([&] { return stage.learner.result(0) != nullptr; })) << mode;
-    EXPECT_EQ(stage.learner.result(0)->status, RolloutStatus::kTimedOut) << mode;
+    EXPECT_EQ(stage.learner.result(0)->outcome.status(), RolloutStatus::kTimedOut) << mode;
     EXPECT_FALSE(stage.learner.status->draining) << "the worker goes on";
   }
 }

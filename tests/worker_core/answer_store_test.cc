@@ -8,7 +8,8 @@ namespace treeroll::worker {
 namespace {
 
 protocol::RolloutResult result(int number, std::int64_t content = 0) {
-  return {.key = {.run = 0, .number = number}, .content = content, .reward = .1 * number};
+  return {
+      .key = {.run = 0, .number = number}, .content = content, .outcome = Outcome::ok(.1 * number)};
 }
 
 TEST(AnswerStoreTest, NumbersResultsFromOneForEachLearner) {
@@ -20,7 +21,7 @@ TEST(AnswerStoreTest, NumbersResultsFromOneForEachLearner) {
   store.add(2, result(4));
   EXPECT_EQ(store.last_index(1), 2);
   EXPECT_EQ(store.last_index(2), 1);
-  EXPECT_EQ(store.unacknowledged(1, 9).size(), 2U);
+  EXPECT_EQ(store.unacknowledged(1, 999).size(), 2U);
   EXPECT_EQ(store.unacknowledged(1, 1).front().key.number, 4);
 }
 
@@ -41,7 +42,7 @@ TEST(AnswerStoreTest, RepeatsUnderANewIndexOnlyWhatWasAcknowledged) {
   store.add(1, result(3));
   EXPECT_TRUE(store.repeat(1, {0, 3}, 0, 4));
   EXPECT_EQ(store.last_index(1), 1);
-  EXPECT_EQ(store.unacknowledged(1, 9).front().attempt, 4);
+  EXPECT_EQ(store.unacknowledged(1, 999).front().attempt, 4);
   store.acknowledge(1, 1);
   EXPECT_TRUE(store.repeat(1, {0, 3}, 0, 5));
   EXPECT_EQ(store.last_index(1), 2);
@@ -60,7 +61,7 @@ TEST(AnswerStoreTest, DropsTheOldestAcknowledgedFirst) {
   store.add(1, result(4));  // none acknowledged: the oldest goes, the row has no gap
   EXPECT_EQ(store.size(), 2U);
   EXPECT_EQ(store.first_index(1), 2);
-  EXPECT_EQ(store.unacknowledged(1, 9).size(), 2U);
+  EXPECT_EQ(store.unacknowledged(1, 999).size(), 2U);
 }
 
 TEST(AnswerStoreTest, RemembersHowFarItCountedForSomeThousandLearnersThatAreGone) {

@@ -1,4 +1,5 @@
 #include "workers/core/evaluator_pool.h"
+#include "common/protocol/pieces.h"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +25,7 @@ class EvaluatorPoolTest : public ::testing::Test {
     for (int i = 0; i < 2; ++i) on(EvaluatorReady{i});
     for (const DefinitionName& name : {task_, policy_}) {
       const std::string content = name.kind == DefinitionKind::kTask ? "task" : "policy";
-      shelf_.receive(turn_, 1, name, content, RolloutQueue{});
+      shelf_.receive(turn_, protocol::definition_piece(1, name, content, 0), RolloutQueue{});
       pool_.check(turn_, 0, *shelf_.take_unchecked(), shelf_);
       on(DefinitionLoaded{0, name, true, "", {1, 1, 2, 2s}});
     }

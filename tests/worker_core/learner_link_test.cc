@@ -35,6 +35,8 @@ TEST_F(LearnerLinkTest, RepeatsEverMoreSeldomUntilSomethingIsAcknowledged) {
   link_.on_acknowledged(now_, true);
   EXPECT_EQ(link_.next_deadline(), now_ + settings_.repeat_interval_min);
   link_.on_acknowledged(now_, false);
+  EXPECT_EQ(link_.next_deadline(), now_ + settings_.learner_gone);
+  link_.give_up();
   EXPECT_EQ(link_.next_deadline(), now_ + settings_.learner_silence_max);
 }
 
@@ -53,8 +55,8 @@ TEST_F(LearnerLinkTest, AsksAtOnceForWhatIsNewAndAgainForWhatHasNotCome) {
   EXPECT_TRUE(link_.ask(now_, {task, policy}));
   EXPECT_FALSE(link_.ask(now_, {policy}));
   EXPECT_FALSE(link_.asking_due(now_));
-  EXPECT_TRUE(link_.asking_due(now_ + settings_.ask_interval));
-  EXPECT_TRUE(link_.ask(now_ + settings_.ask_interval, {policy}));
+  EXPECT_TRUE(link_.asking_due(now_ + settings_.ask_interval_min));
+  EXPECT_TRUE(link_.ask(now_ + settings_.ask_interval_min, {policy}));
   EXPECT_FALSE(link_.ask(now_, {}));
   EXPECT_FALSE(link_.asking_due(now_ + 1h));
 }

@@ -6,11 +6,13 @@
 #include <chrono>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "common/base/content_hash.h"
+#include "common/protocol/pieces.h"
 #include "workers/core/worker_core.h"
 
 namespace treeroll::worker {
@@ -27,6 +29,20 @@ inline WorkerSettings stage_settings(int num_evaluators) {
   settings.worker_id = kMe;
   settings.num_evaluators = num_evaluators;
   return settings;
+}
+
+inline DefinitionName task_name(std::string_view content = kTask) {
+  return {DefinitionKind::kTask, content_hash(content)};
+}
+inline DefinitionName policy_name(std::string_view content = kPolicy) {
+  return {DefinitionKind::kPolicy, content_hash(content)};
+}
+/// A definition that is one piece.
+inline MessageReceived task(std::string_view content, protocol::LearnerId learner = kLearner) {
+  return {protocol::definition_piece(learner, task_name(content), content, 0)};
+}
+inline MessageReceived policy(std::string_view content, protocol::LearnerId learner = kLearner) {
+  return {protocol::definition_piece(learner, policy_name(content), content, 0)};
 }
 
 /// A worker core on virtual time, with evaluators that start and load at once but evaluate only
@@ -54,6 +70,16 @@ class Stage {
     }
   }
 
+  /// Time passes while the learner, which has nothing to ask, says once a second that it is there.
+  void pass_heard(Duration duration) {
+    const TimePoint end = now + duration;
+    while (now < end) {
+      pass(std::min<Duration>(std::chrono::seconds(1), end - now));
+      protocol::LearnerStatus status;
+      status.learner_id = kLearner;
+      step(MessageReceived{status});
+    }
+  }
   /// Fires timers until `duration` has passed.
   void pass(Duration duration) {
     const TimePoint end = now + duration;
@@ -66,8 +92,8 @@ class Stage {
   }
 
   void define(protocol::LearnerId learner = kLearner) {
-    step(MessageReceived{protocol::TaskDefinition{learner, content_hash(kTask), kTask}});
-    step(MessageReceived{protocol::PolicyDefinition{learner, content_hash(kPolicy), kPolicy}});
+    step(task(kTask, learner));
+    step(policy(kPolicy, learner));
   }
 
   protocol::RolloutRequest request(int number, int attempt = 0, std::int64_t content = 5) {

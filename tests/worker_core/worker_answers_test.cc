@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include "common/protocol/wire_sizes.h"
 #include "tests/worker_core/stage.h"
 
 namespace treeroll::worker {
@@ -8,6 +9,16 @@ namespace {
 using protocol::RewardBatch;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
+
+/// What a batch takes on the wire.
+std::size_t transport_bytes(const RewardBatch& batch) {
+  std::size_t bytes = protocol::kFrameBytesMax + protocol::kRewardBatchBytes +
+                      protocol::kRolloutKeyBytes * batch.held.size();
+  for (const protocol::RolloutResult& result : batch.results) {
+    bytes += protocol::rollout_result_bytes(result.outcome.reason().size());
+  }
+  return bytes;
+}
 
 TEST(WorkerAnswersTest, EvaluatesARolloutAndAnswersOnce) {
   Stage stage;
@@ -26,7 +37,7 @@ TEST(WorkerAnswersTest, EvaluatesARolloutAndAnswersOnce) {
   EXPECT_THAT(batches[0].held, IsEmpty());
   ASSERT_THAT(batches[0].results, SizeIs(1));
   const protocol::RolloutResult expected{
-      .key = {0, 7}, .attempt = 2, .content = 99, .reward = .25, .duration_ns = 1000};
+      .key = {0, 7}, .attempt = 2, .content = 99, .outcome = Outcome::ok(.25), .duration_ns = 1000};
   EXPECT_EQ(batches[0].results[0], expected);
 }
 
@@ -76,7 +87,7 @@ TEST(WorkerAnswersTest, AnswersARepeatedRequestFromItsStore) {
   const RewardBatch batch = stage.sent<RewardBatch>()[0];
   EXPECT_EQ(batch.first_index, 2);
   EXPECT_EQ(batch.results.at(0).attempt, 3);
-  EXPECT_EQ(batch.results.at(0).reward, .75);
+  EXPECT_EQ(batch.results.at(0).outcome.reward(), .75);
   EXPECT_EQ(stage.status().num_repeated, 1);
 }
 
@@ -153,7 +164,7 @@ TEST(WorkerAnswersTest, KeepsToItsByteBudgetAndMovesOnAsAnswersAreAcknowledged) 
   }
   const auto before = stage.sent<RewardBatch>();
   const auto num_window = static_cast<std::int64_t>(before.back().results.size());
-  EXPECT_LE(num_window * 37, 1400);
+  EXPECT_LE(num_window * 42, 1400);
   EXPECT_GE(num_window, 16);
   EXPECT_THAT(before, SizeIs(static_cast<std::size_t>(num_window)))
       << "what does not fit is not a reason to repeat the rest";
@@ -161,6 +172,39 @@ TEST(WorkerAnswersTest, KeepsToItsByteBudgetAndMovesOnAsAnswersAreAcknowledged) 
   stage.acknowledge(num_window);
   ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(1));
   EXPECT_EQ(stage.sent<RewardBatch>()[0].first_index, num_window + 1);
+}
+
+TEST(WorkerAnswersTest, AnswersWithLongReasonsKeepToTheByteBudgetToo) {
+  Stage stage(1, [](WorkerSettings& s) { s.batch_bytes_max = protocol::kBatchBytesRemoteMax; });
+  stage.define();
+  const Outcome failed =
+      Outcome::failed(RolloutStatus::kFailed, std::string(kOutcomeReasonBytesMax, 'x'));
+  for (int i = 0; i < 20; ++i) {
+    stage.ask({stage.request(i)});
+    stage.give(RolloutEvaluated{0, stage.job(0), failed, 1});
+    stage.step(InboxDrained{});
+  }
+  const RewardBatch last = stage.sent<RewardBatch>().back();
+  EXPECT_EQ(last.results.front().outcome, failed);
+  EXPECT_GE(last.results.size(), 3U);
+  EXPECT_LE(transport_bytes(last), protocol::kBatchBytesRemoteMax);
+  EXPECT_EQ(stage.status().num_failed, 20);
+}
+
+TEST(WorkerAnswersTest, ADiscardedTrialIsAnAnswerAndItsRepetitionIsSimulated) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(7, 0, 99)});
+  stage.give(RolloutEvaluated{0, stage.job(0), Outcome::discarded("caught"), 1});
+  stage.step(InboxDrained{});
+  EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().outcome, Outcome::discarded("caught"));
+  EXPECT_EQ(stage.status().num_failed, 0);
+  // The next trial has another seed, and so another content: the store must not answer it.
+  stage.clear();
+  stage.ask({stage.request(7, 0, 100)});
+  EXPECT_THAT(stage.effects<RunRollout>(), SizeIs(1));
+  stage.finish(0, .5);
+  EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().outcome, Outcome::ok(.5));
 }
 
 TEST(WorkerAnswersTest, AnswersThatFindNoRoomMakeNoHasteWhileNoWordComes) {
@@ -230,17 +274,71 @@ TEST(WorkerAnswersTest, ForgetsALearnerThatHasBeenSilentForAMinute) {
   stage.ask({stage.request(1), stage.request(2)});
   stage.finish(0);
   stage.pass(61s);
+  stage.die(0, Death::kForeignSignal);  // it had roll-out 2, nobody's now
   stage.clear();
   const auto status = stage.status();
   EXPECT_THAT(status.held, IsEmpty());
   EXPECT_EQ(status.free_slots, 64);
   EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
-  stage.finish(0);  // roll-out 2, nobody's now
-  EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
   // Back again, it is asked anew, and its indices go on.
   stage.ask({stage.request(1)});
   stage.finish(0);
   EXPECT_EQ(stage.sent<RewardBatch>().at(0).first_index, 2);
+}
+
+TEST(WorkerAnswersTest, GivesUpTheWorkOfALearnerThatIsGoneAndEndsTheEvaluatorsThatDoIt) {
+  Stage stage(2);
+  stage.task_facts.time_limit = 1000s;
+  stage.define();
+  stage.ask({stage.request(1), stage.request(2)});
+  stage.ask({stage.request(3)}, 2);  // another learner waits for an evaluator
+  stage.pass(11s);
+  stage.step(MessageReceived{protocol::RolloutBatch{2, 2, {}, {}}});
+  EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
+  stage.pass(2s);
+  EXPECT_THAT(stage.effects<KillEvaluator>(), SizeIs(2));
+  const auto held = stage.status().held;
+  ASSERT_THAT(held, SizeIs(2)) << "its answers are kept yet";
+  EXPECT_THAT(held[0].keys, IsEmpty());
+  EXPECT_THAT(held[1].keys, SizeIs(1));
+  stage.clear();
+  stage.die(0, Death::kForeignSignal);
+  ASSERT_THAT(stage.effects<RunRollout>(), SizeIs(1)) << "its evaluator is started at once";
+  EXPECT_EQ(stage.effects<RunRollout>()[0].request.key.number, 3);
+}
+
+TEST(WorkerAnswersTest, SaysAtOnceThatItHearsALearnerThatStartsOrGreetsIt) {
+  Stage stage;
+  stage.clear();
+  stage.step(task(kTask));
+  ASSERT_THAT(stage.sent<protocol::WorkerStatus>(), SizeIs(1));
+  EXPECT_THAT(stage.sent<protocol::WorkerStatus>()[0].held, IsEmpty()) << "nobody has greeted it";
+  stage.clear();
+  stage.step(MessageReceived{protocol::RolloutBatch{kLearner, 7, {}, {{kMe + 1, 0}}}});
+  EXPECT_THAT(stage.sent<protocol::WorkerStatus>(), IsEmpty()) << "another one was greeted";
+  stage.step(MessageReceived{protocol::RolloutBatch{kLearner, 8, {}, {{kMe, 0}}}});
+  ASSERT_THAT(stage.sent<protocol::WorkerStatus>(), SizeIs(1));
+  ASSERT_THAT(stage.sent<protocol::WorkerStatus>()[0].held, SizeIs(1));
+  EXPECT_EQ(stage.sent<protocol::WorkerStatus>()[0].held[0].last_batch, 8);
+  stage.clear();
+  stage.step(MessageReceived{protocol::RolloutBatch{kLearner, 9, {}, {{kMe, 0}}}});
+  EXPECT_THAT(stage.sent<protocol::WorkerStatus>(), IsEmpty()) << "the next heartbeat will do";
+}
+
+TEST(WorkerAnswersTest, DoesNothingThatARecordingOfAForgottenLearnerAsks) {
+  Stage stage;
+  stage.define();
+  const protocol::RolloutBatch recorded{kLearner, 5, {stage.request(1)}, {}};
+  stage.step(MessageReceived{recorded});
+  stage.finish(0);
+  stage.pass(61s);
+  stage.clear();
+  stage.step(MessageReceived{recorded});
+  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage.status().held, IsEmpty());
+  stage.sequence = 5;
+  stage.ask({stage.request(1)});  // the learner itself, back again
+  EXPECT_THAT(stage.effects<RunRollout>(), SizeIs(1));
 }
 
 TEST(WorkerAnswersTest, ALearnersStatusIsAWordToo) {

@@ -57,6 +57,23 @@ TEST(WorkerDrainTest, WaitsForAcknowledgementsFiveSecondsAtMostAndRepeatsMeanwhi
   EXPECT_THAT(stage.effects<Exit>(), SizeIs(1));
 }
 
+TEST(WorkerDrainTest, GivesUpWhatDoesNotEndInAMinute) {
+  Stage stage;
+  stage.task_facts.time_limit = 3600s;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.step(DrainRequested{});
+  stage.pass_heard(59s);
+  EXPECT_THAT(stage.effects<Exit>(), IsEmpty());
+  stage.pass(1s);
+  ASSERT_THAT(stage.effects<Exit>(), SizeIs(1));
+  EXPECT_EQ(stage.effects<Exit>()[0].status, 0);
+  const WorkerStatus last = stage.sent<WorkerStatus>().back();
+  for (const auto& held : last.held) {
+    EXPECT_THAT(held.keys, IsEmpty());
+  }
+}
+
 TEST(WorkerDrainTest, AnswersARepeatedRequestWhileItDrains) {
   Stage stage(2);
   stage.define();

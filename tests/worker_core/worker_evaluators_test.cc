@@ -39,8 +39,8 @@ TEST(WorkerEvaluatorsTest, ARolloutThatCrashesThreeOfThemIsAnsweredAsCrashed) {
     EXPECT_EQ(stage.running(0).key.number, 1);
     stage.die(0, Death::kFatalSignal, 11);
   }
-  EXPECT_EQ(last_result(stage).status, RolloutStatus::kCrashed);
-  EXPECT_EQ(last_result(stage).reward, 0);
+  EXPECT_EQ(last_result(stage).outcome.status(), RolloutStatus::kCrashed);
+  EXPECT_EQ(last_result(stage).outcome.reward(), 0);
   EXPECT_EQ(stage.running(0).key.number, 2);
   const auto status = stage.status();
   EXPECT_EQ(status.num_restarts, 3);
@@ -53,7 +53,7 @@ TEST(WorkerEvaluatorsTest, ATaskThatCallsExitIsACrashToo) {
   stage.define();
   stage.ask({stage.request(1)});
   for (int i = 0; i < 3; ++i) stage.die(0, Death::kExited, 0);
-  EXPECT_EQ(last_result(stage).status, RolloutStatus::kCrashed);
+  EXPECT_EQ(last_result(stage).outcome.status(), RolloutStatus::kCrashed);
 }
 
 TEST(WorkerEvaluatorsTest, ForeignSignalsNeverCountAndTheRolloutIsAnsweredInTheEnd) {
@@ -69,8 +69,8 @@ TEST(WorkerEvaluatorsTest, ForeignSignalsNeverCountAndTheRolloutIsAnsweredInTheE
   stage.die(0, Death::kFatalSignal, 11);  // nor do they add to a strike
   EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
   stage.finish(0, .5);
-  EXPECT_EQ(last_result(stage).status, RolloutStatus::kOk);
-  EXPECT_EQ(last_result(stage).reward, .5);
+  EXPECT_EQ(last_result(stage).outcome.status(), RolloutStatus::kOk);
+  EXPECT_EQ(last_result(stage).outcome.reward(), .5);
 }
 
 TEST(WorkerEvaluatorsTest, RestartsAtOnceThenEverMoreSeldomAndAtOnceAgainAfterAResult) {
@@ -137,7 +137,7 @@ TEST(WorkerEvaluatorsTest, ARolloutThatBurnsPastItsTimeLimitThriceIsAnsweredAsTi
     ASSERT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
     stage.die(0, Death::kForeignSignal, 9);
   }
-  EXPECT_EQ(last_result(stage).status, RolloutStatus::kTimedOut);
+  EXPECT_EQ(last_result(stage).outcome.status(), RolloutStatus::kTimedOut);
 }
 
 TEST(WorkerEvaluatorsTest, ASlowMachineGivesARolloutMoreWallTime) {
@@ -151,7 +151,7 @@ TEST(WorkerEvaluatorsTest, ASlowMachineGivesARolloutMoreWallTime) {
   EXPECT_THAT(stage.effects<AskCpuTime>(), SizeIs(2)) << "when it may be there at the earliest";
   EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
   stage.finish(0);
-  EXPECT_EQ(last_result(stage).status, RolloutStatus::kOk);
+  EXPECT_EQ(last_result(stage).outcome.status(), RolloutStatus::kOk);
 }
 
 /// Passes time in which the evaluator gets this share of a core, until `end` of its CPU time or
@@ -169,7 +169,7 @@ Duration work(Stage& stage, double share, Duration end) {
 }
 
 TEST(WorkerEvaluatorsTest, OneThatSleepsIsKilledWithinTwiceTheLimitAndASecondThriceThenAnswered) {
-  Stage stage;
+  Stage stage(1, [](WorkerSettings& settings) { settings.learner_gone = 59s; });
   stage.define();
   stage.ask({stage.request(1)});
   for (int i = 0; i < 3; ++i) {
@@ -181,7 +181,7 @@ TEST(WorkerEvaluatorsTest, OneThatSleepsIsKilledWithinTwiceTheLimitAndASecondThr
     ASSERT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
     stage.die(0, Death::kForeignSignal, 9);
   }
-  EXPECT_EQ(last_result(stage).status, RolloutStatus::kTimedOut);
+  EXPECT_EQ(last_result(stage).outcome.status(), RolloutStatus::kTimedOut);
 }
 
 TEST(WorkerEvaluatorsTest, OneThatBlocksAfterSomeWorkIsFoundAsSoonWhereverThatIs) {
@@ -213,7 +213,7 @@ TEST(WorkerEvaluatorsTest, AnHonestRolloutOnACrowdedMachineIsNeitherStruckNorFai
     ASSERT_THAT(stage.effects<KillEvaluator>(), IsEmpty()) << evaluators_per_core;
     EXPECT_GE(took, 1900ms * evaluators_per_core);
     stage.finish(0, .5);
-    EXPECT_EQ(last_result(stage).status, RolloutStatus::kOk);
+    EXPECT_EQ(last_result(stage).outcome.status(), RolloutStatus::kOk);
   }
 }
 
@@ -226,7 +226,7 @@ TEST(WorkerEvaluatorsTest, AResultOnItsWayWhileWeKilledCounts) {
   ASSERT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
   stage.finish(0, .25);
   stage.die(0, Death::kForeignSignal, 9);
-  EXPECT_EQ(last_result(stage).reward, .25);
+  EXPECT_EQ(last_result(stage).outcome.reward(), .25);
   EXPECT_EQ(stage.status().num_evaluated, 1);
 }
 
@@ -260,8 +260,8 @@ TEST(WorkerEvaluatorsTest, OneThatCannotLoadWhatAnotherCouldIsReplacedAndTheRoll
   stage.pass(1s);
   EXPECT_EQ(stage.effects<RunRollout>().back().request.key.number, 2);
   stage.finish(stage.effects<RunRollout>().back().evaluator, .25);
-  EXPECT_EQ(last_result(stage).status, RolloutStatus::kOk);
-  EXPECT_EQ(last_result(stage).reward, .25);
+  EXPECT_EQ(last_result(stage).outcome.status(), RolloutStatus::kOk);
+  EXPECT_EQ(last_result(stage).outcome.reward(), .25);
   EXPECT_EQ(stage.status().num_failed, 0);
 }
 
@@ -271,8 +271,8 @@ TEST(WorkerEvaluatorsTest, ARewardThatIsNoFiniteNumberIsAFailure) {
   for (const double reward : {std::nan(""), HUGE_VAL, -.1}) {
     stage.ask({stage.request(static_cast<int>(stage.sequence))});
     stage.finish(0, reward);
-    EXPECT_EQ(last_result(stage).status, RolloutStatus::kFailed);
-    EXPECT_EQ(last_result(stage).reward, 0);
+    EXPECT_EQ(last_result(stage).outcome.status(), RolloutStatus::kFailed);
+    EXPECT_EQ(last_result(stage).outcome.reward(), 0);
   }
 }
 
@@ -281,8 +281,8 @@ TEST(WorkerEvaluatorsTest, AFailedRolloutHasRewardZero) {
   stage.define();
   stage.ask({stage.request(1)});
   stage.finish(0, .7, RolloutStatus::kDiverged);
-  EXPECT_EQ(last_result(stage).status, RolloutStatus::kDiverged);
-  EXPECT_EQ(last_result(stage).reward, 0);
+  EXPECT_EQ(last_result(stage).outcome.status(), RolloutStatus::kDiverged);
+  EXPECT_EQ(last_result(stage).outcome.reward(), 0);
   EXPECT_EQ(stage.status().num_failed, 1);
 }
 

@@ -54,7 +54,7 @@ TEST(WorkerTroubleTest, ADeathOrTwoAreNoReasonToGiveARolloutUpWhileAnotherEvalua
   stage.die(0, Death::kForeignSignal);
   EXPECT_THAT(held(stage.status()), SizeIs(2));
   stage.finish(0, .25);
-  EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().reward, .25);
+  EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().outcome.reward(), .25);
 }
 
 TEST(WorkerTroubleTest, GivesAllItHoldsUpAtOnceWhenEveryEvaluatorHasDiedTwiceForNothing) {
@@ -133,16 +133,14 @@ TEST(WorkerTroubleTest, GivesUpARolloutUnderWhichThreeHaveBeenKilledAndKeepsTheO
   // Nobody else has it evaluated: it comes again, and counts anew.
   stage.ask({stage.request(1, 1)});
   stage.finish(stage.effects<RunRollout>().back().evaluator, .75);
-  EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().reward, .75);
+  EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().outcome.reward(), .75);
 }
 
 TEST(WorkerTroubleTest, OnlyWhoChecksADefinitionSettlesIt) {
   for (const Death death : {Death::kForeignSignal, Death::kFatalSignal}) {
     Stage stage(2, [](WorkerSettings& s) { s.num_tasks_max = 1; });
     const std::string other = "another task";
-    const auto comes = [&](const std::string& task) {
-      stage.step(MessageReceived{protocol::TaskDefinition{kLearner, content_hash(task), task}});
-    };
+    const auto comes = [&](const std::string& content) { stage.step(task(content)); };
     const auto loaded = [&](int evaluator, const std::string& task) {
       stage.step(DefinitionLoaded{
           evaluator, {DefinitionKind::kTask, content_hash(task)}, true, "", stage.task_facts});
@@ -187,7 +185,7 @@ TEST(WorkerTroubleTest, TimeInWhichTheWorkerItselfWasStoppedIsNobodysFault) {
     stage.pass(400ms);
     ASSERT_THAT(stage.effects<KillEvaluator>(), IsEmpty()) << "4 s may pass, and 3.9 have at most";
     stage.finish(0, .5);
-    EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().status, RolloutStatus::kOk);
+    EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().outcome.status(), RolloutStatus::kOk);
   }
 }
 

@@ -2,27 +2,41 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <new>
+#include <nlohmann/json.hpp>
 
+#include "common/base/cut_text.h"
+#include "workers/app/floating_point.h"
 #include "workers/tasks/trace.h"
 
 namespace treeroll::worker {
 
-CheckedEvaluation evaluate_checked(Task& task, const TaskDescription& description,
-                                   Controller& controller, std::uint64_t seed, Trace* trace) {
-  const auto failed = [](std::string complaint) -> CheckedEvaluation {
-    return {Outcome::failed(RolloutStatus::kFailed), std::move(complaint)};
+std::string bounded(const std::string& text, std::size_t bytes_max) {
+  using nlohmann::json;
+  const std::string quoted = json(text.substr(0, std::min(text.find('\0'), bytes_max)))
+                                 .dump(-1, ' ', false, json::error_handler_t::replace);
+  return cut_text(json::parse(quoted).get<std::string>(), bytes_max);
+}
+
+Outcome evaluate_checked(Task& task, const TaskDescription& description, Controller& controller,
+                         std::uint64_t seed, Trace* trace) {
+  const auto failed = [](const std::string& reason) {
+    return Outcome::failed(RolloutStatus::kFailed, bounded(reason, kOutcomeReasonBytesMax));
   };
+  const StandardFloatingPoint standard;
   try {
     const Outcome outcome = trace == nullptr ? task.evaluate(controller, seed)
                                              : task.evaluate_traced(controller, seed, *trace);
-    if (!outcome.is_ok()) return {outcome, ""};
+    if (!outcome.is_ok()) {
+      return {0, outcome.status(), bounded(outcome.reason(), kOutcomeReasonBytesMax)};
+    }
     const bool in_range = std::isfinite(outcome.reward()) &&
                           outcome.reward() >= description.reward_min &&
                           outcome.reward() <= description.reward_max;
-    if (in_range) return {outcome, ""};
+    if (in_range) return outcome;
     return failed(fmt::format("the task's reward {} is outside its range {} .. {}",
                               outcome.reward(), description.reward_min, description.reward_max));
   } catch (const std::bad_alloc&) {

@@ -7,15 +7,14 @@
 
 namespace treeroll::worker {
 
-struct CheckedEvaluation {
-  Outcome outcome;
-  std::string complaint;  ///< what is wrong with the task; empty if nothing is
-};
+/// Text of our own or of a user's task, as a message may carry it: UTF-8 without a NUL, cut to at
+/// most `bytes_max` bytes.
+std::string bounded(const std::string& text, std::size_t bytes_max);
 
 /// Evaluates a policy with a task that may be anybody's: what it throws, a reward that is not
-/// finite or outside the range it describes, is status kFailed with a complaint.
+/// finite or outside the range it describes, is status kFailed with a reason. Reasons are bounded.
 /// @param trace  receives the roll-out step by step; may be null
-CheckedEvaluation evaluate_checked(Task& task, const TaskDescription& description,
-                                   Controller& controller, std::uint64_t seed, Trace* trace);
+Outcome evaluate_checked(Task& task, const TaskDescription& description, Controller& controller,
+                         std::uint64_t seed, Trace* trace);
 
 }  // namespace treeroll::worker

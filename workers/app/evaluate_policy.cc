@@ -102,8 +102,8 @@ int evaluate_policy(const TaskRegistry& registry) {
     turn_off_core_dumps();
     limit_cpu_time(description.time_limit_s);
     Trace trace;
-    const CheckedEvaluation done = evaluate_checked(*task, description, *controller, request.seed,
-                                                    request.trace ? &trace : nullptr);
+    const Outcome outcome = evaluate_checked(*task, description, *controller, request.seed,
+                                             request.trace ? &trace : nullptr);
     if (!trace.is_complete()) {
       throw ConfigError("trace", "",
                         fmt::format("the roll-out has more than {} numbers to record; take longer "
@@ -112,8 +112,9 @@ int evaluate_policy(const TaskRegistry& registry) {
     }
     json said{{"description", treeroll::to_json(description)},
               {"evaluation",
-               {{"reward", done.outcome.reward()}, {"status", name(done.outcome.status())}}},
-              {"complaint", done.complaint}};
+               {{"reward", outcome.reward()},
+                {"status", name(outcome.status())},
+                {"reason", outcome.reason()}}}};
     if (request.trace) said["trace"] = to_json(trace);
     return answer.give(said);
   } catch (const ConfigError& error) {

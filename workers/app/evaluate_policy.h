@@ -10,7 +10,7 @@ namespace treeroll::worker {
 /// executable. Reads a request from standard input and prints the answer:
 ///
 ///   {"task": {"name": "swing_up", "settings": {}}, "policy": TEXT, "seed": 0, "trace": true}
-///   {"description": {...}, "evaluation": {"reward": .98, "status": "ok"}, "complaint": "",
+///   {"description": {...}, "evaluation": {"reward": .98, "status": "ok", "reason": ""},
 ///    "trace": {"columns": [NAME, ...], "numbers": [row after row], "policy_inputs": [NAME, ...],
 ///              "policy_outputs": [NAME, ...], "poses": [[[x, y, x, y, ...], ...], ...]}}
 ///   {"error": {"key": "policy", "value": "", "rule": "..."}}

@@ -1,6 +1,5 @@
 #include "workers/app/evaluator.h"
 
-#include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <unistd.h>
 
@@ -11,10 +10,10 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "common/base/cut_text.h"
 #include "common/protocol/limits.h"
 #include "workers/app/checked_evaluation.h"
 #include "workers/app/definition_facts.h"
-#include "workers/app/packet.h"
 #include "workers/app/process_limits.h"
 #include "workers/app/task_content.h"
 
@@ -23,44 +22,25 @@ namespace {
 
 using nlohmann::json;
 
-/// Of complaints about a task that throws or leaves its range, so many are written to the log.
-constexpr int kComplaintsMax = 10;
-
-/// Text of our own or of a user's task, as a message may carry it: bounded, and UTF-8.
-std::string bounded(const std::string& text) {
-  std::string cut = text.substr(0, text.find('\0'));
-  cut.resize(std::min(cut.size(), protocol::kStringBytesMax));
-  const std::string quoted = json(cut).dump(-1, ' ', false, json::error_handler_t::replace);
-  return json::parse(quoted).get<std::string>();
-}
-
 }  // namespace
 
 Evaluator::Evaluator(const TaskRegistry& registry, PolicyRegistry kinds)
     : registry_(&registry), kinds_(std::move(kinds)) {}
 
-std::optional<protocol::Message> Evaluator::handle(const protocol::Message& message) {
+std::optional<protocol::DefinitionReport> Evaluator::define(const DefinitionContent& definition) {
+  const auto& [name, content] = definition;
   protocol::DefinitionReport report;
+  report.definition_id = name.id;
+  const bool is_task = name.kind == protocol::DefinitionKind::kTask;
+  is_task ? tasks_.erase(name.id) : policies_.erase(name.id);
+  if (content.empty()) return std::nullopt;
   try {
-    if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) return answer(*batch);
-    if (const auto* task = std::get_if<protocol::TaskDefinition>(&message)) {
-      report.definition_id = task->task_id;
-      tasks_.erase(task->task_id);
-      if (task->content.empty()) return std::nullopt;
-      report.text = load_task(task->task_id, task->content);
-    } else if (const auto* policy = std::get_if<protocol::PolicyDefinition>(&message)) {
-      report.definition_id = policy->policy_id;
-      policies_.erase(policy->policy_id);
-      if (policy->content.empty()) return std::nullopt;
-      report.text = load_policy(policy->policy_id, policy->content);
-    } else {
-      return std::nullopt;
-    }
+    report.text = is_task ? load_task(name.id, content) : load_policy(name.id, content);
     report.accepted = true;
   } catch (const std::bad_alloc&) {
     throw;  // a want of this host, not of the roll-out: the process ends, and another tries
   } catch (const std::exception& error) {
-    report.text = bounded(error.what());
+    report.text = bounded(error.what(), protocol::kStringBytesMax);
   }
   return report;
 }
@@ -80,45 +60,41 @@ std::string Evaluator::load_policy(const ContentHash& id, const std::string& con
 }
 
 Outcome Evaluator::evaluate(const protocol::RolloutRequest& request) {
-  const auto complain = [this](const std::string& what) -> Outcome {
-    if (num_complaints_++ < kComplaintsMax) spdlog::warn("a roll-out has failed: {}", what);
-    return Outcome::failed(RolloutStatus::kFailed);
+  const auto failed = [](const std::string& reason) {
+    return Outcome::failed(RolloutStatus::kFailed, bounded(reason, kOutcomeReasonBytesMax));
   };
   try {
     const auto found_task = tasks_.find(request.task_id);
     const auto found_policy = policies_.find(request.policy_id);
     if (found_task == tasks_.end() || found_policy == policies_.end()) {
-      return complain("it names a definition this evaluator does not have");
+      return failed("it names a definition this evaluator does not have");
     }
     LoadedTask& loaded = found_task->second;
     const Policy& policy = *found_policy->second;
     const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(
         request.theta.data(), static_cast<Eigen::Index>(request.theta.size()));
-    if (theta.size() != policy.theta_dim()) return complain("theta has another size");
+    if (theta.size() != policy.theta_dim()) return failed("theta has another size");
     const std::unique_ptr<Controller> controller = policy.with(theta)->controller();
-    const CheckedEvaluation done =
-        evaluate_checked(*loaded.task, loaded.description, *controller,
-                         static_cast<std::uint64_t>(request.task_seed), nullptr);
-    return done.complaint.empty() ? done.outcome : complain(done.complaint);
+    return evaluate_checked(*loaded.task, loaded.description, *controller,
+                            static_cast<std::uint64_t>(request.task_seed), nullptr);
   } catch (const std::bad_alloc&) {
     throw;  // a want of this host, not of the roll-out: the process ends, and another tries
   } catch (const std::exception& error) {
-    return complain(error.what());
+    return failed(error.what());
   }
 }
 
 protocol::RewardBatch Evaluator::answer(const protocol::RolloutBatch& batch) {
   const protocol::RolloutRequest& request = batch.rollouts.at(0);
   const auto start = std::chrono::steady_clock::now();
-  const Outcome outcome = evaluate(request);
+  Outcome outcome = evaluate(request);
   const std::chrono::nanoseconds duration = std::chrono::steady_clock::now() - start;
   protocol::RewardBatch answer;
   answer.last_batch = batch.sequence;
   answer.results.push_back({.key = request.key,
                             .attempt = request.attempt,
                             .content = request.content,
-                            .reward = outcome.reward(),
-                            .status = outcome.status(),
+                            .outcome = std::move(outcome),
                             .duration_ns = duration.count()});
   return answer;
 }
@@ -128,8 +104,7 @@ int run_evaluator(const TaskRegistry& registry, int socket, int parent_pid) {
   if (getppid() != parent_pid) return 1;  // it ended before the line above
   turn_off_core_dumps();
   // A terminal's Ctrl-C and a service manager's stop reach the whole group; the daemon drains.
-  std::signal(SIGINT, SIG_IGN);
-  std::signal(SIGTERM, SIG_IGN);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
 
   Evaluator evaluator(registry);
   protocol::WorkerStatus ready;
@@ -138,9 +113,15 @@ int run_evaluator(const TaskRegistry& registry, int socket, int parent_pid) {
   for (;;) {
     const Received received = receive_packet(socket, true);
     if (received.closed) return 0;
-    if (!received.message) return 1;
-    const auto answer = evaluator.handle(*received.message);
-    if (answer && send_packet(socket, *answer, true) != SendOutcome::kSent) return 1;
+    if (received.malformed) return 1;
+    if (received.definition) {
+      const auto report = evaluator.define(*received.definition);
+      if (report && send_packet(socket, *report, true) != SendOutcome::kSent) return 1;
+      continue;
+    }
+    const auto* batch = std::get_if<protocol::RolloutBatch>(&received.message.value());
+    if (batch == nullptr || batch->rollouts.size() != 1) return 1;
+    if (send_packet(socket, evaluator.answer(*batch), true) != SendOutcome::kSent) return 1;
   }
 }
 

@@ -7,23 +7,23 @@
 
 #include "common/policy/kinds/standard_policies.h"
 #include "common/protocol/messages.h"
+#include "workers/app/packet.h"
 #include "workers/tasks/task.h"
 
 namespace treeroll::worker {
 
-/// What an evaluator process does with a message of its daemon, without the process. It keeps the
+/// What an evaluator process does for its daemon, without the process. It keeps the
 /// definitions it is given until it is told to forget them: the daemon bounds them.
 class Evaluator {
  public:
   /// @param registry  must outlive the evaluator
   explicit Evaluator(const TaskRegistry& registry, PolicyRegistry kinds = standard_policies());
 
-  /// - TaskDefinition, PolicyDefinition: builds it; a DefinitionReport says what came of it. With
-  ///   empty content: forgets it; no answer.
-  /// - RolloutBatch of one roll-out: evaluates it; a RewardBatch with its result, whose last_batch
-  ///   is the batch's sequence.
+  /// Builds it; the report says what came of it. Forgets it if the content is empty: no report.
+  std::optional<protocol::DefinitionReport> define(const DefinitionContent& definition);
+  /// Evaluates the one roll-out of the batch; last_batch of the answer is the batch's sequence.
   /// What a task throws, a reward that is not finite or outside the task's range: status kFailed.
-  std::optional<protocol::Message> handle(const protocol::Message& message);
+  protocol::RewardBatch answer(const protocol::RolloutBatch& batch);
 
  private:
   struct LoadedTask {
@@ -34,13 +34,11 @@ class Evaluator {
   std::string load_task(const ContentHash& id, const std::string& content);
   std::string load_policy(const ContentHash& id, const std::string& content);
   Outcome evaluate(const protocol::RolloutRequest& request);
-  protocol::RewardBatch answer(const protocol::RolloutBatch& batch);
 
   const TaskRegistry* registry_;
   PolicyRegistry kinds_;
   std::map<ContentHash, LoadedTask> tasks_;
   std::map<ContentHash, PolicyPtr> policies_;
-  int num_complaints_ = 0;
 };
 
 /// Body of an evaluator process: handles the packets on `socket` until the daemon is gone.

@@ -8,12 +8,6 @@
 
 namespace treeroll::worker {
 
-std::string host_name() {
-  utsname names{};
-  CHECK(uname(&names) == 0, "uname");
-  return names.nodename;
-}
-
 std::string numeric_class() {
   utsname names{};
   CHECK(uname(&names) == 0, "uname");

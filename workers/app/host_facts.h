@@ -2,10 +2,9 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace treeroll::worker {
-
-std::string host_name();
 
 /// Names what the last bits of a simulation depend on: architecture, the processor features by
 /// which the C library chooses its variants, and that library's version.

@@ -1,10 +1,14 @@
 #include "workers/app/task_content.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
 #include "common/base/json_text.h"
+#include "common/base/task_agreement.h"
+#include "workers/app/floating_point.h"
 #include "workers/app/json_answer.h"
 #include "workers/app/json_request.h"
 
@@ -15,27 +19,34 @@ using nlohmann::json;
 
 constexpr std::size_t kInputBytesMax = 1U << 20U;
 
+/// A task of one's own may describe itself by what its settings say: what contradicts itself is an
+/// answer, as a bad setting is.
 void check(const TaskDescription& description, const std::string& name) {
-  const auto require = [&](bool condition, const char* rule) {
-    if (!condition) throw ConfigError("task.name", '"' + name + '"', rule);
+  const auto require = [&](bool condition, const std::string& rule) {
+    if (!condition) throw ConfigError("task", '"' + name + '"', "describes " + rule);
   };
-  require(description.input_dim >= 1 && description.output_dim >= 1,
-          "must be a task that describes at least one input and one output");
-  require(description.input_dim <= kTaskDimMax && description.output_dim <= kTaskDimMax,
-          "must be a task that describes at most 1024 inputs and 1024 outputs");
+  const auto is_dim = [](int dim) { return dim >= 1 && dim <= kTaskDimMax; };
+  require(is_dim(description.input_dim) && is_dim(description.output_dim),
+          fmt::format("{} inputs and {} outputs: must be from 1 to {} each", description.input_dim,
+                      description.output_dim, kTaskDimMax));
   require(std::isfinite(description.reward_max) && description.reward_min >= 0 &&
               description.reward_min <= description.reward_max,
-          "must be a task that describes a finite reward range that is not negative");
-  require(std::isfinite(description.time_limit_s) && description.time_limit_s > 0 &&
-              description.time_limit_s <= kTaskTimeLimitSMax,
-          "must be a task that describes a time limit above 0 and of at most a million seconds");
+          fmt::format("rewards from {} to {}: must be a finite range that is not negative",
+                      description.reward_min, description.reward_max));
+  require(description.time_limit_s > 0 && description.time_limit_s <= kTaskTimeLimitSMax,
+          fmt::format("a time limit of {} s: must be above 0 and at most {:.0f} s",
+                      description.time_limit_s, kTaskTimeLimitSMax));
+  require(description.version.size() <= kTaskVersionBytesMax,
+          fmt::format("a version of {} bytes: must have at most {}", description.version.size(),
+                      kTaskVersionBytesMax));
 }
 
 json parse(const std::string& content) {
   Result<json> parsed = parse_json(content, kRequestNestingMax);
   if (!parsed) throw ConfigError("task", shown(content), parsed.error().message);
   json value = std::move(*parsed);
-  if (!value.is_object() || value.size() != 2 || !value.contains("name") ||
+  const std::size_t num_described = value.is_object() ? value.count("described") : 0;
+  if (!value.is_object() || value.size() != 2 + num_described || !value.contains("name") ||
       !value.contains("settings")) {
     throw ConfigError("task", shown(content),
                       R"(must be a JSON object {"name": ..., "settings": {...}})");
@@ -55,9 +66,12 @@ std::unique_ptr<Task> make_task(const TaskRegistry& registry, const std::string&
                                 json& resolved) {
   const json value = parse(content);
   const auto name = value["name"].get<std::string>();
+  const StandardFloatingPoint standard;
   try {
     std::unique_ptr<Task> task = registry.make(name, value["settings"], resolved);
-    check(task->description(), name);
+    const TaskDescription description = task->description();
+    check(description, name);
+    check_agreement(value, resolved, description);
     return task;
   } catch (const ConfigError&) {
     throw;

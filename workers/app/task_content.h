@@ -8,8 +8,9 @@
 
 namespace treeroll::worker {
 
-/// Makes a task from the content of a task definition, {"name": ..., "settings": {...}}.
-/// Throws ConfigError with the key that is wrong; for whatever else a task's constructor throws,
+/// Makes a task from the content of a task definition (common/base/task_agreement.h).
+/// Throws ConfigError with the key that is wrong; for one that makes something else of a resolved
+/// content than the task that resolved it; for whatever else a task's constructor throws,
 /// one that names the task.
 /// @param resolved  receives the settings with their defaults
 std::unique_ptr<Task> make_task(const TaskRegistry& registry, const std::string& content,

@@ -1,11 +1,13 @@
 #include "workers/app/worker_daemon.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <csignal>
 #include <utility>
 #include <variant>
 
+#include "common/program/process_start.h"
 #include "workers/app/definition_facts.h"
 #include "workers/app/packet.h"
 
@@ -20,11 +22,6 @@ Death cause_of(const ChildEnd& end) {
   return Death::kForeignSignal;
 }
 
-protocol::Message definition(const DefinitionName& name, const std::string& content) {
-  if (name.kind == DefinitionKind::kTask) return protocol::TaskDefinition{0, name.id, content};
-  return protocol::PolicyDefinition{0, name.id, content};
-}
-
 }  // namespace
 
 Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
@@ -33,8 +30,8 @@ Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
   using transport::Channel;
   transport::BusOptions options;
   options.url = url;
-  options.channels = {Channel::kRolloutBatch, Channel::kTaskDefinition, Channel::kPolicyDefinition,
-                      Channel::kLearnerStatus};
+  options.channels = {Channel::kRolloutBatch, Channel::kDefinitionPiece, Channel::kLearnerStatus};
+  options.among_programs = true;
   options.on_message = [self = daemon.get()](const protocol::Message& message) {
     if (self->core_) self->post(MessageReceived{message});
   };
@@ -48,6 +45,7 @@ Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
 }
 
 WorkerDaemon::~WorkerDaemon() {
+  block_stop_signals();  // the loop gives them up, which would then end a worker that is done
   for (Slot& slot : slots_) {
     unwatch(slot);
     if (slot.process) slot.process->kill();  // all first, then each is waited for
@@ -55,7 +53,7 @@ WorkerDaemon::~WorkerDaemon() {
 }
 
 int WorkerDaemon::run() {
-  loop_.on_signals({SIGTERM, SIGINT}, [this](int) { post(DrainRequested{}); });
+  loop_.on_signals(stop_signals(), [this](int) { post(DrainRequested{}); });
   loop_.on_signals({SIGCHLD}, [this](int) { collect_ended(); });
   post(Started{});
   if (!exit_status_) loop_.run();
@@ -100,6 +98,7 @@ void WorkerDaemon::perform(const SendMessage& effect) {
     status->receive_buffer_bytes = statistics.receive_buffer_bytes;
     status->num_rejected += statistics.num_rejected;
     log_bus_trouble();
+    log_.tell_due(loop_.now());
   }
   bus_->publish(message);
 }
@@ -108,7 +107,7 @@ void WorkerDaemon::perform(const StartEvaluator& effect) {
   Slot& slot = slot_of(effect.evaluator);
   Result<EvaluatorProcess> process = EvaluatorProcess::start();
   if (!process) {
-    spdlog::error("{}", process.error().message);
+    complain("evaluators that cannot be started", process.error().message);
     post(EvaluatorDied{effect.evaluator, Death::kExited, 1});
     return;
   }
@@ -123,23 +122,37 @@ void WorkerDaemon::perform(const KillEvaluator& effect) {
   if (slot.process) slot.process->kill();
 }
 
+/// Never waits: an evaluator reads whatever it is given before it is given more. One that does
+/// not is not working.
+void WorkerDaemon::give(int evaluator, const auto& packet) {
+  const Slot& slot = slot_of(evaluator);
+  if (!slot.process) return;
+  const SendOutcome outcome = send_packet(slot.process->socket(), packet, false);
+  if (outcome == SendOutcome::kSent) return;
+  if (outcome == SendOutcome::kFull) {
+    complain("evaluators that do not read", fmt::format("evaluator {} does not read", evaluator));
+  }
+  slot.process->kill();
+}
+
 void WorkerDaemon::perform(const LoadDefinition& effect) {
   Slot& slot = slot_of(effect.evaluator);
   if (!slot.process) return;
   slot.loading = effect.name;
   slot.process->restart_cpu_time();
-  give(effect.evaluator, definition(effect.name, effect.content));
+  give(effect.evaluator, DefinitionContent{effect.name, effect.content});
 }
 
 void WorkerDaemon::perform(const ForgetDefinition& effect) {
-  give(effect.evaluator, definition(effect.name, ""));
+  give(effect.evaluator, DefinitionContent{effect.name, ""});
 }
 
 void WorkerDaemon::perform(const RunRollout& effect) {
   Slot& slot = slot_of(effect.evaluator);
   if (!slot.process) return;
   slot.process->restart_cpu_time();
-  give(effect.evaluator, protocol::RolloutBatch{0, effect.job, {effect.request}, {}});
+  give(effect.evaluator,
+       protocol::Message(protocol::RolloutBatch{0, effect.job, {effect.request}, {}}));
 }
 
 void WorkerDaemon::perform(const AskCpuTime& effect) {
@@ -148,31 +161,11 @@ void WorkerDaemon::perform(const AskCpuTime& effect) {
   post(CpuTimeMeasured{effect.evaluator, effect.job, slot.process->cpu_time()});
 }
 
-void WorkerDaemon::perform(const LogLine& line) {
-  switch (line.level) {
-    case LogLine::Level::kInfo:
-      return spdlog::info("{}", line.text);
-    case LogLine::Level::kWarning:
-      return spdlog::warn("{}", line.text);
-    case LogLine::Level::kError:
-      return spdlog::error("{}", line.text);
-  }
-}
+void WorkerDaemon::perform(const LogLine& line) { log_line(line); }
 
 void WorkerDaemon::perform(const Exit& effect) {
   exit_status_ = effect.status;
   loop_.stop();
-}
-
-/// Never waits: an evaluator reads whatever it is given before it is given more. One that does
-/// not is not working.
-void WorkerDaemon::give(int evaluator, const protocol::Message& message) {
-  const Slot& slot = slot_of(evaluator);
-  if (!slot.process) return;
-  const SendOutcome outcome = send_packet(slot.process->socket(), message, false);
-  if (outcome == SendOutcome::kSent) return;
-  if (outcome == SendOutcome::kFull) spdlog::error("evaluator {} does not read", evaluator);
-  slot.process->kill();
 }
 
 void WorkerDaemon::read(int evaluator) {
@@ -183,8 +176,12 @@ void WorkerDaemon::read(int evaluator) {
       understand(evaluator, *received.message);
       continue;
     }
-    if (received.closed || received.malformed) {
-      if (received.malformed) spdlog::error("evaluator {} sends what is no message", evaluator);
+    const bool malformed = received.malformed || received.definition;
+    if (received.closed || malformed) {
+      if (malformed) {
+        complain("evaluators that send nonsense",
+                 fmt::format("evaluator {} sends what is no message", evaluator));
+      }
       unwatch(slot);
       slot.process->kill();  // whether it is ending already or only closed its socket
     }
@@ -210,8 +207,7 @@ void WorkerDaemon::understand(int evaluator, const protocol::Message& message) {
   } else if (const auto* answer = std::get_if<protocol::RewardBatch>(&message)) {
     if (answer->results.size() != 1) return;
     const protocol::RolloutResult& result = answer->results[0];
-    post(RolloutEvaluated{
-        evaluator, answer->last_batch, {result.reward, result.status}, result.duration_ns});
+    post(RolloutEvaluated{evaluator, answer->last_batch, result.outcome, result.duration_ns});
   }
 }
 
@@ -232,6 +228,10 @@ void WorkerDaemon::collect_ended() {
     slot.process.reset();
     post(EvaluatorDied{static_cast<int>(i), cause_of(*end), end->code});
   }
+}
+
+void WorkerDaemon::complain(std::string_view kind, std::string text) {
+  log_.add(loop_.now(), LogLine::Level::kError, kind, std::move(text));
 }
 
 void WorkerDaemon::log_bus_trouble() {

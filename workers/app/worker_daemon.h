@@ -4,8 +4,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "common/program/log.h"
 #include "common/transport/bus.h"
 #include "common/transport/loop.h"
 #include "workers/app/evaluator_process.h"
@@ -53,10 +55,11 @@ class WorkerDaemon {
 
   Slot& slot_of(int evaluator) { return slots_.at(static_cast<std::size_t>(evaluator)); }
   void unwatch(Slot& slot);
-  void give(int evaluator, const protocol::Message& message);
+  void give(int evaluator, const auto& packet);
   void read(int evaluator);
   void understand(int evaluator, const protocol::Message& message);
   void collect_ended();
+  void complain(std::string_view kind, std::string text);
   void log_bus_trouble();
 
   transport::Loop loop_;
@@ -68,6 +71,7 @@ class WorkerDaemon {
   bool working_ = false;
   bool flush_scheduled_ = false;
   std::optional<int> exit_status_;
+  LimitedLog log_;
   std::int64_t num_unsent_logged_ = 0;
   std::int64_t num_rejected_logged_ = 0;
 };

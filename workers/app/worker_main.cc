@@ -5,15 +5,17 @@
 
 #include <algorithm>
 #include <charconv>
-#include <thread>
 
 #include "common/base/config_error.h"
+#include "common/program/host_name.h"
+#include "common/program/process_start.h"
 #include "common/program/program.h"
 #include "common/protocol/limits.h"
 #include "common/transport/bus.h"
 #include "workers/app/evaluate_policy.h"
 #include "workers/app/evaluator.h"
 #include "workers/app/host_facts.h"
+#include "workers/app/processor_share.h"
 #include "workers/app/task_content.h"
 #include "workers/app/worker_daemon.h"
 
@@ -31,8 +33,7 @@ struct Options {
 
 int read_processes(const std::string& text) {
   if (text.empty()) {
-    return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1,
-                      protocol::kEvaluatorsPerWorkerMax);
+    return std::min(num_usable_processors(), protocol::kEvaluatorsPerWorkerMax);
   }
   int number = 0;
   const char* end = text.data() + text.size();
@@ -47,6 +48,7 @@ int read_processes(const std::string& text) {
 }
 
 int serve(const Options& options) {
+  end_when_stopped(kExitDone, "asked to end while it was starting\n");
   WorkerSettings settings;
   settings.num_evaluators = read_processes(options.processes);
   settings.worker_id = random_id();
@@ -60,7 +62,7 @@ int serve(const Options& options) {
     spdlog::error("{}", daemon.error().message);
     return kExitBadInput;
   }
-  spdlog::info("worker {:x} with {} evaluators on {}", settings.worker_id, settings.num_evaluators,
+  spdlog::info("worker {} with {} evaluators on {}", settings.worker_id, settings.num_evaluators,
                url);
   const int status = (*daemon)->run();
   spdlog::info("ends with status {}", status);
@@ -68,7 +70,8 @@ int serve(const Options& options) {
 }
 
 void describe(CommandLine& line, Options& options) {
-  line.add("--processes", options.processes, "Evaluator processes; default: one for each core");
+  line.add("--processes", options.processes,
+           "Evaluator processes; default: one for each processor it may use");
   line.add("--lcm-url", options.lcm_url,
            "Where the learners are; default: LCM_DEFAULT_URL, else LCM's own, this host");
   line.add("--describe-task", options.describe_task,

@@ -2,6 +2,7 @@
 
 #include "common/base/check.h"
 #include "common/protocol/limits.h"
+#include "common/protocol/wire_sizes.h"
 
 namespace treeroll::worker {
 namespace {
@@ -66,16 +67,36 @@ std::int64_t AnswerStore::last_index(protocol::LearnerId learner) const {
   return forgotten == forgotten_.end() ? 0 : forgotten->second;
 }
 
-std::vector<protocol::RolloutResult> AnswerStore::unacknowledged(protocol::LearnerId learner,
-                                                                 std::size_t num_max) const {
-  std::vector<protocol::RolloutResult> results;
+template <class Visit>
+void AnswerStore::visit_batch(protocol::LearnerId learner, std::size_t bytes_max,
+                              Visit visit) const {
   const auto row = rows_.find(learner);
-  if (row == rows_.end()) return results;
+  if (row == rows_.end()) return;
+  std::size_t bytes = 0;
+  int num_results = 0;
   for (const auto& [index, question] : row->second.pending) {
-    if (results.size() == num_max) break;
-    results.push_back(answers_.at(question).result);
+    const protocol::RolloutResult& result = answers_.at(question).result;
+    bytes += protocol::rollout_result_bytes(result.outcome.reason().size());
+    if (num_results > 0 && bytes > bytes_max) return;
+    visit(index, result);
+    if (++num_results == protocol::kResultsPerBatchMax) return;
   }
+}
+
+std::vector<protocol::RolloutResult> AnswerStore::unacknowledged(protocol::LearnerId learner,
+                                                                 std::size_t bytes_max) const {
+  std::vector<protocol::RolloutResult> results;
+  visit_batch(learner, bytes_max, [&results](std::int64_t, const protocol::RolloutResult& result) {
+    results.push_back(result);
+  });
   return results;
+}
+
+std::int64_t AnswerStore::last_in_batch(protocol::LearnerId learner, std::size_t bytes_max) const {
+  std::int64_t last = first_index(learner) - 1;
+  visit_batch(learner, bytes_max,
+              [&last](std::int64_t index, const protocol::RolloutResult&) { last = index; });
+  return last;
 }
 
 void AnswerStore::forget(protocol::LearnerId learner) {

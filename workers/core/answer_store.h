@@ -34,9 +34,12 @@ class AnswerStore {
   std::int64_t first_index(protocol::LearnerId learner) const;
   /// Index of the newest result; 0 before the first.
   std::int64_t last_index(protocol::LearnerId learner) const;
-  /// Consecutive results from first_index() on, at most `num_max`.
+  /// Consecutive results from first_index() on that take at most `bytes_max` on the wire: one at
+  /// least, if there is one, and no more than a batch may hold.
   std::vector<protocol::RolloutResult> unacknowledged(protocol::LearnerId learner,
-                                                      std::size_t num_max) const;
+                                                      std::size_t bytes_max) const;
+  /// Index of the last of these; that before first_index() if there is none.
+  std::int64_t last_in_batch(protocol::LearnerId learner, std::size_t bytes_max) const;
   bool all_acknowledged() const { return pending_by_age_.empty(); }
 
   /// Drops the learner's answers. Its index goes on where it was, should it come back.
@@ -57,6 +60,8 @@ class AnswerStore {
     std::map<std::int64_t, QuestionKey> pending;  // by index, without gaps
   };
 
+  template <class Visit>
+  void visit_batch(protocol::LearnerId learner, std::size_t bytes_max, Visit visit) const;
   void append(const QuestionKey& question, Answer& answer);
   void evict();
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <set>
 
 #include "common/protocol/limits.h"
@@ -9,12 +10,14 @@
 namespace treeroll::worker {
 namespace {
 
-const char* word(DefinitionKind kind) { return kind == DefinitionKind::kTask ? "task" : "policy"; }
+constexpr std::array<const char*, protocol::kNumDefinitionKinds> kWords = {"task", "policy",
+                                                                           "theta"};
 
 }  // namespace
 
 DefinitionShelf::DefinitionShelf(const WorkerSettings& settings)
     : settings_(settings),
+      pieces_(settings.num_partial_max, settings.partial_bytes_max),
       tasks_(settings.num_tasks_max, settings.definition_bytes_max),
       policies_(settings.num_policies_max, settings.definition_bytes_max) {}
 
@@ -26,31 +29,51 @@ void DefinitionShelf::touch(const DefinitionName& name) {
   if (find(name) != nullptr) cache(name.kind).touch(name.id);
 }
 
-void DefinitionShelf::receive(const Turn& turn, protocol::LearnerId learner,
-                              const DefinitionName& name, const std::string& content,
+void DefinitionShelf::receive(const Turn& turn, const protocol::DefinitionPiece& piece,
                               const RolloutQueue& held) {
   if (closed_) return;
-  if (content_hash(content) != name.id) {
-    ++num_rejected_;
-    turn.warn("definitions refused",
-              fmt::format("a {} definition of learner {:x} is not what its id {} names",
-                          word(name.kind), learner, to_hex(name.id)));
-    return;
-  }
-  DefinitionCache& definitions = cache(name.kind);
-  Definition* definition = definitions.find(name.id);
-  if (definition == nullptr) {
-    definition = definitions.insert(name.id, content, held.definitions(name.kind));
-    if (definition == nullptr) return;  // all in use: asked for again while it is waited for
-    to_check_.push_back(name);
-    forget_stale_checks();
+  const DefinitionName& name = piece.name;
+  Definition* definition = cache(name.kind).find(name.id);
+  if (definition != nullptr) {
+    // All of it may come again for others: one word is enough.
+    if (piece.index != 0) return;
+    cache(name.kind).touch(name.id);
   } else {
-    definitions.touch(name.id);
+    std::optional<std::string> content = assemble(turn, piece, held);
+    if (!content) return;
+    definition = take(name, *std::move(content), held);
+    if (definition == nullptr) return;  // all in use: asked for again while it is waited for
   }
+  const protocol::LearnerId learner = piece.learner_id;
   if (definition->to_tell.size() < settings_.num_learners_max) definition->to_tell.insert(learner);
   const bool settled = definition->state == DefinitionState::kAccepted ||
                        definition->state == DefinitionState::kRefused;
   if (settled) settle(name.id, *definition);
+}
+
+std::optional<std::string> DefinitionShelf::assemble(const Turn& turn,
+                                                     const protocol::DefinitionPiece& piece,
+                                                     const RolloutQueue& held) {
+  PieceTable::Added added = pieces_.add(piece, [&held] { return held.waited_for(); });
+  if (!added.refusal.empty()) {
+    ++num_rejected_;
+    turn.warn(
+        "definitions refused",
+        fmt::format("{} {} of learner {}: {}", kWords.at(static_cast<std::size_t>(piece.name.kind)),
+                    to_hex(piece.name.id), piece.learner_id, added.refusal));
+  }
+  return std::move(added.whole);
+}
+
+/// Null if there is no room.
+Definition* DefinitionShelf::take(const DefinitionName& name, std::string content,
+                                  const RolloutQueue& held) {
+  Definition* definition =
+      cache(name.kind).insert(name.id, std::move(content), held.definitions(name.kind));
+  if (definition == nullptr) return nullptr;
+  to_check_.push_back(name);
+  forget_stale_checks();
+  return definition;
 }
 
 std::optional<DefinitionName> DefinitionShelf::take_unchecked() {

@@ -10,6 +10,7 @@
 
 #include "common/protocol/messages.h"
 #include "workers/core/definition_cache.h"
+#include "workers/core/piece_table.h"
 #include "workers/core/rollout_queue.h"
 #include "workers/core/worker_events.h"
 #include "workers/core/worker_settings.h"
@@ -27,11 +28,19 @@ class DefinitionShelf {
   const Definition* find(const DefinitionName& name) const;
   /// Marks it as used now, if it is here.
   void touch(const DefinitionName& name);
-  /// A learner's definition: taken unless it is not what its id names or there is no room. The
-  /// learner is told of it once it is checked.
+  /// Of a learner's task or policy. It is taken with its last piece unless it is not what its id
+  /// names or there is no room. The learner is told of it once it is checked, and again when the
+  /// first piece of one comes that is known.
   /// @param held  its roll-outs' definitions are not evicted for the new one
-  void receive(const Turn& turn, protocol::LearnerId learner, const DefinitionName& name,
-               const std::string& content, const RolloutQueue& held);
+  void receive(const Turn& turn, const protocol::DefinitionPiece& piece, const RolloutQueue& held);
+  /// The content, of any kind, that this piece is the last one of.
+  std::optional<std::string> assemble(const Turn& turn, const protocol::DefinitionPiece& piece,
+                                      const RolloutQueue& held);
+  /// Pieces of a learner's definition that have not come; none if not one has.
+  std::vector<std::int32_t> missing_pieces(protocol::LearnerId learner,
+                                           const DefinitionName& name) const {
+    return pieces_.missing({learner, name});
+  }
 
   /// The next one to check; it stays until one of the three below says what has come of that.
   std::optional<DefinitionName> take_unchecked();
@@ -53,11 +62,12 @@ class DefinitionShelf {
 
   /// Grows with each eviction.
   std::int64_t num_evicted() const { return tasks_.num_evicted() + policies_.num_evicted(); }
-  /// Definitions that were not what their ids name.
+  /// Definitions that were not what their ids name, and pieces that fit none.
   std::int64_t num_rejected() const { return num_rejected_; }
 
  private:
   DefinitionCache& cache(DefinitionKind kind);
+  Definition* take(const DefinitionName& name, std::string content, const RolloutQueue& held);
   void check_first(const DefinitionName& name, Definition& definition);
   void refuse(const Turn& turn, const DefinitionName& name, Definition& definition,
               std::string reason);
@@ -65,6 +75,7 @@ class DefinitionShelf {
   void forget_stale_checks();
 
   const WorkerSettings& settings_;
+  PieceTable pieces_;
   DefinitionCache tasks_;
   DefinitionCache policies_;
   std::deque<DefinitionName> to_check_;

@@ -69,6 +69,16 @@ void EvaluatorPool::withdraw(const RolloutName& name) {
   }
 }
 
+void EvaluatorPool::end_work(const Turn& turn, const RolloutName& name) {
+  withdraw(name);
+  for (int i = 0; i < settings_.num_evaluators; ++i) {
+    Evaluator& evaluator = at(i);
+    if (!evaluator.work || evaluator.work->name != name || evaluator.killed) continue;
+    evaluator.dismissed = true;
+    kill(turn, i);
+  }
+}
+
 std::optional<WorkEnd> EvaluatorPool::on(const Turn& turn, const EvaluatorEvent& event,
                                          DefinitionShelf& definitions) {
   return std::visit([&](const auto& e) { return on(turn, e, definitions); }, event);
@@ -116,9 +126,12 @@ EvaluatorPool::End EvaluatorPool::on(const Turn&, const RolloutEvaluated& event,
     // An evaluator runs a user's code: nothing but a finite reward of a success may pass.
     const Outcome& said = event.outcome;
     const bool valid = std::isfinite(said.reward()) && said.reward() >= 0;
-    end = WorkAnswered{.name = evaluator.work->name,
-                       .outcome = valid ? said : Outcome::failed(RolloutStatus::kFailed),
-                       .duration_ns = std::max<std::int64_t>(event.duration_ns, 0)};
+    end =
+        WorkAnswered{.name = evaluator.work->name,
+                     .outcome = valid ? said
+                                      : Outcome::failed(RolloutStatus::kFailed,
+                                                        "its reward is no finite number from 0 on"),
+                     .duration_ns = std::max<std::int64_t>(event.duration_ns, 0)};
   }
   release(evaluator);
   return end;
@@ -159,9 +172,11 @@ EvaluatorPool::End EvaluatorPool::on(const Turn& turn, const EvaluatorDied& even
   const bool busy = evaluator.work || evaluator.loading;
   const bool charged =
       busy && (evaluator.timed_out || (!evaluator.killed && event.death != Death::kForeignSignal));
-  turn.warn("evaluators that end",
-            fmt::format("evaluator {} {}{}", event.evaluator, describe(event.death, event.code),
-                        busy ? " during its work" : ""));
+  if (!evaluator.dismissed) {
+    turn.warn("evaluators that end",
+              fmt::format("evaluator {} {}{}", event.evaluator, describe(event.death, event.code),
+                          busy ? " during its work" : ""));
+  }
   End end;
   if (evaluator.wanted) {
     end = interrupted(turn, evaluator, charged);
@@ -169,7 +184,7 @@ EvaluatorPool::End EvaluatorPool::on(const Turn& turn, const EvaluatorDied& even
     if (charged) definitions.on_strike(turn, *evaluator.loading, evaluator.timed_out);
     if (!charged) definitions.on_accident(*evaluator.loading);
   }
-  const int num_bare_deaths = charged ? 0 : evaluator.num_bare_deaths + 1;
+  const int num_bare_deaths = charged || evaluator.dismissed ? 0 : evaluator.num_bare_deaths + 1;
   evaluator = {};
   evaluator.num_bare_deaths = num_bare_deaths;
   if (draining_) return end;
@@ -197,10 +212,16 @@ WorkEnd EvaluatorPool::interrupted(const Turn& turn, const Evaluator& evaluator,
                     name.key.run, mishaps.num_strikes, settings_.num_strikes_max));
   }
   if (mishaps.num_strikes >= settings_.num_strikes_max) {
-    return WorkAnswered{.name = name,
-                        .outcome = Outcome::failed(evaluator.timed_out ? RolloutStatus::kTimedOut
-                                                                       : RolloutStatus::kCrashed),
-                        .duration_ns = (turn.now - evaluator.since).count()};
+    const std::string reason =
+        evaluator.timed_out
+            ? fmt::format("took more than the task's {:g} s, {} times",
+                          to_seconds(evaluator.time_limit), mishaps.num_strikes)
+            : fmt::format("ended {} evaluators by a fatal signal", mishaps.num_strikes);
+    return WorkAnswered{
+        .name = name,
+        .outcome = Outcome::failed(
+            evaluator.timed_out ? RolloutStatus::kTimedOut : RolloutStatus::kCrashed, reason),
+        .duration_ns = (turn.now - evaluator.since).count()};
   }
   if (!draining_ && mishaps.num_accidents >= settings_.num_accidents_max) {
     turn.warn("roll-outs given up",

@@ -69,6 +69,8 @@ class EvaluatorPool {
   /// Nobody wants to know any more what becomes of this work, if it is here. Its evaluator finishes
   /// what it does.
   void withdraw(const RolloutName& name);
+  /// The same, and its evaluator is ended: the work may take long.
+  void end_work(const Turn& turn, const RolloutName& name);
 
   /// Tells `definitions` what has come of a check. Returns how a roll-out's work has ended, if it
   /// has and was wanted.
@@ -92,6 +94,7 @@ class EvaluatorPool {
   struct Evaluator {
     State state = State::kDown;
     bool killed = false;       ///< its death is on its way
+    bool dismissed = false;    ///< killed for work that nobody wants
     bool timed_out = false;    ///< killed for exceeding a time limit while loading or running
     std::int64_t job = 0;      ///< number of what it loads or runs
     TimePoint since;           ///< of the job or the start

@@ -15,12 +15,13 @@ LearnerLink::LearnerLink(const WorkerSettings& settings, std::int64_t last_index
     : settings_(settings), last_index_sent_(last_index) {}
 
 void LearnerLink::hear_batch(TimePoint now, std::int64_t sequence) {
-  heard_ = now;
+  hear(now);
   last_batch_ = std::max(last_batch_, sequence);
 }
 
 TimePoint LearnerLink::next_deadline() const {
-  TimePoint deadline = heard_ + settings_.learner_silence_max;
+  TimePoint deadline =
+      heard_ + (given_up_ ? settings_.learner_silence_max : settings_.learner_gone);
   if (repeat_at_) deadline = std::min(deadline, *repeat_at_);
   if (ask_at_) deadline = std::min(deadline, *ask_at_);
   return deadline;
@@ -67,8 +68,11 @@ bool LearnerLink::ask(TimePoint now, std::set<DefinitionName> missing) {
   if (!due && std::includes(asked_.begin(), asked_.end(), missing.begin(), missing.end())) {
     return false;
   }
+  const bool is_same = due && ask_at_ && asked_ == missing;
+  ask_interval_ = is_same ? std::min(2 * ask_interval_, settings_.ask_interval_max)
+                          : settings_.ask_interval_min;
   asked_ = std::move(missing);
-  ask_at_ = now + settings_.ask_interval;
+  ask_at_ = now + ask_interval_;
   return true;
 }
 

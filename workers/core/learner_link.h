@@ -18,13 +18,23 @@ class LearnerLink {
   /// @param last_index  of the last answer there is for it: all up to there count as sent
   LearnerLink(const WorkerSettings& settings, std::int64_t last_index);
 
-  void hear(TimePoint now) { heard_ = now; }
+  void hear(TimePoint now) {
+    heard_ = now;
+    given_up_ = false;
+  }
   void hear_batch(TimePoint now, std::int64_t sequence);
+  /// This process was stopped for so long: no silence of the learner's.
+  void excuse(Duration delay) { heard_ += delay; }
   TimePoint heard() const { return heard_; }
   /// The highest sequence of its batches.
   std::int64_t last_batch() const { return last_batch_; }
   bool is_silent(TimePoint now) const { return now >= heard_ + settings_.learner_silence_max; }
-  /// When it becomes silent, is sent answers again or asked again: whatever is first.
+  /// It is gone, and give_up() has not been called since it was heard.
+  bool is_to_be_given_up(TimePoint now) const {
+    return !given_up_ && now >= heard_ + settings_.learner_gone;
+  }
+  void give_up() { given_up_ = true; }
+  /// When it is gone, becomes silent, is sent answers again or asked again: whatever is first.
   TimePoint next_deadline() const;
 
   /// A question was repeated: its answer is due even if nothing is new.
@@ -52,11 +62,15 @@ class LearnerLink {
   /// they count as asked.
   bool ask(TimePoint now, std::set<DefinitionName> missing);
 
+  /// Where the next batch of answers goes on naming what is held.
+  protocol::RolloutKey held_from = protocol::kFirstKey;
+
  private:
   bool in_haste(std::int64_t last_index) const;
 
   const WorkerSettings& settings_;
   TimePoint heard_;
+  bool given_up_ = false;
   std::int64_t last_batch_ = 0;
   bool answers_wanted_ = false;
   std::int64_t last_index_sent_ = 0;
@@ -65,7 +79,8 @@ class LearnerLink {
   int num_hasty_ = 0;  ///< repetitions without backing off since answers were acknowledged
   bool looking_ = false;
   std::optional<TimePoint> ask_at_;
-  std::set<DefinitionName> asked_;  ///< missing ones asked for less than ask_interval ago
+  Duration ask_interval_{};
+  std::set<DefinitionName> asked_;  ///< missing ones asked for less than ask_interval_ ago
 };
 
 }  // namespace treeroll::worker

@@ -24,6 +24,9 @@ HeldRollout& RolloutQueue::add(const RolloutName& name, protocol::RolloutRequest
                                                                    .arrival = next_arrival_++,
                                                                    .since = now});
   CHECK(is_new, "a roll-out held twice");
+  if (place->second.lacks_theta()) {
+    thetas_[{name.learner, *place->second.request.theta_id}].insert(name.key);
+  }
   return place->second;
 }
 
@@ -40,6 +43,8 @@ void RolloutQueue::set_state(const RolloutName& name, RolloutState state) {
 
 void RolloutQueue::remove(const RolloutName& name) {
   set_state(name, RolloutState::kWaiting);
+  const HeldRollout& rollout = held_.at(name);
+  if (rollout.lacks_theta()) waits_no_more(name, *rollout.request.theta_id);
   held_.erase(name);
 }
 
@@ -82,6 +87,39 @@ std::set<ContentHash> RolloutQueue::definitions(DefinitionKind kind) const {
     ids.insert(kind == DefinitionKind::kTask ? held.request.task_id : held.request.policy_id);
   }
   return ids;
+}
+
+std::set<std::pair<protocol::LearnerId, DefinitionName>> RolloutQueue::waited_for() const {
+  std::set<std::pair<protocol::LearnerId, DefinitionName>> names;
+  for (const auto& [name, held] : held_) {
+    names.insert({name.learner, {DefinitionKind::kTask, held.request.task_id}});
+    names.insert({name.learner, {DefinitionKind::kPolicy, held.request.policy_id}});
+    if (held.lacks_theta()) {
+      names.insert({name.learner, {DefinitionKind::kTheta, *held.request.theta_id}});
+    }
+  }
+  return names;
+}
+
+std::vector<RolloutName> RolloutQueue::without_theta(protocol::LearnerId learner,
+                                                     const ContentHash& id) const {
+  std::vector<RolloutName> names;
+  const auto waiting = thetas_.find({learner, id});
+  if (waiting == thetas_.end()) return names;
+  for (const protocol::RolloutKey key : waiting->second) names.push_back({learner, key});
+  return names;
+}
+
+void RolloutQueue::set_theta(const RolloutName& name, std::vector<double> theta) {
+  HeldRollout& rollout = held_.at(name);
+  waits_no_more(name, *rollout.request.theta_id);
+  rollout.request.theta = std::move(theta);
+}
+
+void RolloutQueue::waits_no_more(const RolloutName& name, const ContentHash& theta_id) {
+  const auto waiting = thetas_.find({name.learner, theta_id});
+  waiting->second.erase(name.key);
+  if (waiting->second.empty()) thetas_.erase(waiting);
 }
 
 }  // namespace treeroll::worker

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "common/base/time.h"
@@ -39,6 +40,8 @@ struct HeldRollout {
   TimePoint since;
   RolloutState state = RolloutState::kWaiting;
   Mishaps mishaps{};
+
+  bool lacks_theta() const { return request.theta_id && request.theta.empty(); }
 };
 
 /// The roll-outs a worker holds. Ready ones are given out in turn between learners, and first
@@ -65,10 +68,20 @@ class RolloutQueue {
   std::vector<RolloutName> of_learner(protocol::LearnerId learner) const;
   /// Tasks or policies they need.
   std::set<ContentHash> definitions(DefinitionKind kind) const;
+  /// All that they need.
+  std::set<std::pair<protocol::LearnerId, DefinitionName>> waited_for() const;
+  /// Those of a learner that wait for this theta.
+  std::vector<RolloutName> without_theta(protocol::LearnerId learner, const ContentHash& id) const;
+  /// Precondition: waits for its theta.
+  void set_theta(const RolloutName& name, std::vector<double> theta);
 
  private:
+  void waits_no_more(const RolloutName& name, const ContentHash& theta_id);
+
   std::map<RolloutName, HeldRollout> held_;
   std::map<protocol::LearnerId, std::map<std::int64_t, protocol::RolloutKey>> ready_;  // by arrival
+  /// Which wait for a theta. Pieces of thetas come for every worker, and no walk is made for one.
+  std::map<std::pair<protocol::LearnerId, ContentHash>, std::set<protocol::RolloutKey>> thetas_;
   protocol::LearnerId last_served_ = 0;
   std::int64_t next_arrival_ = 0;
 };

@@ -44,7 +44,10 @@ void WorkerCore::step(TimePoint now, const Event& event, Effects& effects) {
   // and its evaluators most likely with it (Ctrl-Z, a frozen container).
   const Duration delay = now - std::max(next_deadline(), last_step_);
   last_step_ = now;
-  if (delay > Duration{}) evaluators_.excuse(delay);
+  if (delay > Duration{}) {
+    evaluators_.excuse(delay);
+    for (auto& [id, learner] : learners_) learner.excuse(delay);
+  }
 
   const Turn turn{now, effects, log_limiter_};
   std::visit([&](const auto& e) { on(turn, e); }, event);
@@ -61,6 +64,7 @@ TimePoint WorkerCore::next_deadline() const {
   for (const auto& [id, learner] : learners_) {
     deadline = std::min(deadline, learner.next_deadline());
   }
+  if (finish_by_) deadline = std::min(deadline, *finish_by_);
   return drain_end_ ? std::min(deadline, *drain_end_) : deadline;
 }
 
@@ -72,12 +76,12 @@ void WorkerCore::on(const Turn& turn, const Started&) {
 void WorkerCore::on(const Turn& turn, const MessageReceived& event) {
   if (const auto* batch = std::get_if<protocol::RolloutBatch>(&event.message)) {
     receive(turn, *batch);
-  } else if (const auto* task = std::get_if<protocol::TaskDefinition>(&event.message)) {
-    definitions_.receive(turn, task->learner_id, {DefinitionKind::kTask, task->task_id},
-                         task->content, queue_);
-  } else if (const auto* policy = std::get_if<protocol::PolicyDefinition>(&event.message)) {
-    definitions_.receive(turn, policy->learner_id, {DefinitionKind::kPolicy, policy->policy_id},
-                         policy->content, queue_);
+  } else if (const auto* piece = std::get_if<protocol::DefinitionPiece>(&event.message)) {
+    // A learner that starts should not have to wait for the next heartbeat.
+    const bool begins_task = piece->name.kind == DefinitionKind::kTask && piece->index == 0;
+    if (begins_task && !learners_.contains(piece->learner_id)) status_due_ = true;
+    const bool is_theta = piece->name.kind == DefinitionKind::kTheta;
+    is_theta ? take_theta(turn, *piece) : definitions_.receive(turn, *piece, queue_);
   } else if (const auto* status = std::get_if<protocol::LearnerStatus>(&event.message)) {
     const auto known = learners_.find(status->learner_id);
     if (known != learners_.end()) known->second.hear(turn.now);
@@ -97,9 +101,7 @@ void WorkerCore::on(const Turn& turn, const InboxDrained&) {
   definitions_.send_reports(turn);
   for (auto& [id, learner] : learners_) {
     if (learner.looks_for_missing()) ask_for_definitions(turn, id, learner);
-    const std::int64_t window_end =
-        std::min(answers_.last_index(id),
-                 answers_.first_index(id) - 1 + static_cast<std::int64_t>(num_results_max(id)));
+    const std::int64_t window_end = answers_.last_in_batch(id, result_bytes_max(id));
     if (learner.answers_due(window_end)) send_answers(turn, id, learner);
     learner.hurry_if_full(turn.now, answers_.last_index(id));
   }
@@ -114,6 +116,10 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
       silent.push_back(id);
       continue;
     }
+    if (learner.is_to_be_given_up(turn.now)) {
+      learner.give_up();
+      give_up_work_of(turn, id);
+    }
     if (learner.asking_due(turn.now)) ask_for_definitions(turn, id, learner);
     if (learner.repetition_due(turn.now)) {
       learner.back_off(answers_.last_index(id));
@@ -122,7 +128,7 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
   }
   for (const protocol::LearnerId id : silent) {
     turn.inform("learners forgotten",
-                fmt::format("learner {:x} has been silent for {:.0f} s and is forgotten", id,
+                fmt::format("learner {} has been silent for {:.0f} s and is forgotten", id,
                             to_seconds(settings_.learner_silence_max)));
     forget(turn, id);
   }
@@ -140,6 +146,7 @@ void WorkerCore::on(const Turn& turn, const DrainRequested&) {
     return exit(turn, 1);
   }
   draining_ = true;
+  finish_by_ = turn.now + settings_.drain_rollouts_max;
   definitions_.close();
   evaluators_.drain();
   for (const RolloutState state : {RolloutState::kWaiting, RolloutState::kReady}) {
@@ -150,7 +157,15 @@ void WorkerCore::on(const Turn& turn, const DrainRequested&) {
 }
 
 void WorkerCore::leave_if_drained(const Turn& turn) {
-  if (!draining_ || exited_ || !queue_.in_state(RolloutState::kRunning).empty()) return;
+  if (!draining_ || exited_) return;
+  if (const std::size_t num_running = queue_.in_state(RolloutState::kRunning).size();
+      num_running > 0) {
+    if (finish_by_ && turn.now < *finish_by_) return;
+    turn.warn(kLeaving, fmt::format("gives {} roll-outs up that did not end in {:.0f} s",
+                                    num_running, to_seconds(settings_.drain_rollouts_max)));
+    for (const RolloutName& name : queue_.in_state(RolloutState::kRunning)) drop(name);
+  }
+  finish_by_.reset();
   if (!drain_end_) drain_end_ = turn.now + settings_.drain_grace;
   const bool acknowledged = answers_.all_acknowledged();
   if (!acknowledged && turn.now < *drain_end_) return;
@@ -184,7 +199,7 @@ LearnerLink* WorkerCore::meet(const Turn& turn, protocol::LearnerId id) {
     }
     forget(turn, victim->first);
   }
-  turn.inform("learners served", fmt::format("serves learner {:x}", id));
+  turn.inform("learners served", fmt::format("serves learner {}", id));
   return &learners_.try_emplace(id, settings_, answers_.last_index(id)).first->second;
 }
 
@@ -194,7 +209,31 @@ void WorkerCore::forget(const Turn& turn, protocol::LearnerId id) {
     turn.warn("roll-outs dropped", fmt::format("drops its {} roll-outs", names.size()));
   for (const RolloutName& name : names) drop(name);
   answers_.forget(id);
+  last_batches_[id] = learners_.at(id).last_batch();
+  if (last_batches_.size() > protocol::kForgottenLearnersMax) {
+    last_batches_.erase(last_batches_.begin());
+  }
   learners_.erase(id);
+}
+
+/// Nobody waits for it any more, and whoever else has work should have the evaluators.
+void WorkerCore::give_up_work_of(const Turn& turn, protocol::LearnerId id) {
+  const auto names = queue_.of_learner(id);
+  if (names.empty()) return;
+  turn.warn("roll-outs dropped",
+            fmt::format("learner {} has been silent for {:.0f} s: gives its {} roll-outs up", id,
+                        to_seconds(settings_.learner_gone), names.size()));
+  for (const RolloutName& name : names) {
+    queue_.remove(name);
+    evaluators_.end_work(turn, name);
+  }
+  status_due_ = true;
+}
+
+/// Played from a recording: what it asks has been dealt with.
+bool WorkerCore::is_from_the_past(const protocol::RolloutBatch& batch) const {
+  const auto last = last_batches_.find(batch.learner_id);
+  return last != last_batches_.end() && batch.sequence <= last->second;
 }
 
 void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) {
@@ -202,9 +241,13 @@ void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) 
   const auto known = learners_.find(batch.learner_id);
   LearnerLink* learner = known == learners_.end() ? nullptr : &known->second;
   if (learner == nullptr) {
-    if (std::none_of(batch.rollouts.begin(), batch.rollouts.end(), mine)) return;
+    const bool is_for_me =
+        std::any_of(batch.rollouts.begin(), batch.rollouts.end(), mine) ||
+        std::any_of(batch.acknowledgements.begin(), batch.acknowledgements.end(), mine);
+    if (!is_for_me || is_from_the_past(batch)) return;
     learner = meet(turn, batch.learner_id);
     if (learner == nullptr) return;
+    status_due_ = true;  // it leases nothing before it knows that it is heard
   }
   learner->hear_batch(turn.now, batch.sequence);
   for (const auto& acknowledgement : batch.acknowledgements) {
@@ -253,10 +296,13 @@ void WorkerCore::drop(const RolloutName& name) {
 
 /// Moves a waiting roll-out on as far as its definitions allow: ready, or let go with a report.
 void WorkerCore::review(const RolloutName& name) {
-  const protocol::RolloutRequest& request = queue_.find(name)->request;
+  const HeldRollout& held = *queue_.find(name);
+  const protocol::RolloutRequest& request = held.request;
   const Definition* task = definitions_.find({DefinitionKind::kTask, request.task_id});
   const Definition* policy = definitions_.find({DefinitionKind::kPolicy, request.policy_id});
-  if (task == nullptr || policy == nullptr) learners_.at(name.learner).look_for_missing();
+  if (task == nullptr || policy == nullptr || held.lacks_theta()) {
+    learners_.at(name.learner).look_for_missing();
+  }
 
   const auto let_go = [&](const ContentHash& id, const std::string& reason) {
     definitions_.report(name.learner, id, false, reason);
@@ -270,6 +316,7 @@ void WorkerCore::review(const RolloutName& name) {
   }
   if (task == nullptr || task->state != DefinitionState::kAccepted) return;
   if (policy == nullptr || policy->state != DefinitionState::kAccepted) return;
+  if (held.lacks_theta()) return;
   const std::string reason = mismatch(task->facts, policy->facts, request.theta.size());
   if (!reason.empty()) return let_go(request.policy_id, reason);
   queue_.set_state(name, RolloutState::kReady);
@@ -312,20 +359,20 @@ void WorkerCore::conclude(const Turn& turn, const WorkEnd& end) {
     queue_.set_state(put_back->name, RolloutState::kReady);
   } else if (const auto* answer = std::get_if<WorkAnswered>(&end)) {
     ++num_evaluated_;
-    num_failed_ += answer->outcome.is_ok() ? 0 : 1;
     const RolloutName& name = answer->name;
-    const RolloutStatus status = answer->outcome.status();
-    if (status == RolloutStatus::kCrashed || status == RolloutStatus::kTimedOut) {
+    const Outcome& outcome = answer->outcome;
+    if (!outcome.is_ok()) {
+      num_failed_ += outcome.is_discarded() ? 0 : 1;
       turn.warn("roll-outs answered as failed",
-                fmt::format("answers roll-out {} of run {} as {}", name.key.number, name.key.run,
-                            treeroll::name(status)));
+                fmt::format("answers roll-out {} of run {} as {}{}{}", name.key.number,
+                            name.key.run, treeroll::name(outcome.status()),
+                            outcome.reason().empty() ? "" : ": ", outcome.reason()));
     }
     const protocol::RolloutRequest& request = queue_.find(name)->request;
     answers_.add(name.learner, {.key = request.key,
                                 .attempt = request.attempt,
                                 .content = request.content,
-                                .reward = answer->outcome.reward(),
-                                .status = status,
+                                .outcome = outcome,
                                 .duration_ns = answer->duration_ns});
     queue_.remove(name);
   }

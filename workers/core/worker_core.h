@@ -52,6 +52,8 @@ class WorkerCore {
   // worker_core.cc: learners, and the roll-outs held for them.
   LearnerLink* meet(const Turn& turn, protocol::LearnerId id);
   void forget(const Turn& turn, protocol::LearnerId id);
+  void give_up_work_of(const Turn& turn, protocol::LearnerId id);
+  bool is_from_the_past(const protocol::RolloutBatch& batch) const;
   void receive(const Turn& turn, const protocol::RolloutBatch& batch);
   void take_request(const Turn& turn, protocol::LearnerId learner, std::int64_t sequence,
                     const protocol::RolloutRequest& request);
@@ -63,15 +65,21 @@ class WorkerCore {
   void leave_if_drained(const Turn& turn);
   void exit(const Turn& turn, int status);
 
+  // worker_core_definitions.cc: what is lacking.
+  void ask_for_definitions(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
+  void take_theta(const Turn& turn, const protocol::DefinitionPiece& piece);
+
   // worker_core_sending.cc: what goes out.
   void send_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
-  void ask_for_definitions(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void send_status(const Turn& turn);
-  std::size_t num_results_max(protocol::LearnerId id) const;
+  std::size_t result_bytes_max(protocol::LearnerId id) const;
+  std::size_t num_held_max() const;
   int free_slots() const;
 
   const WorkerSettings settings_;
   std::map<protocol::LearnerId, LearnerLink> learners_;
+  /// The last batch of those that are forgotten: what comes after them is new.
+  std::map<protocol::LearnerId, std::int64_t> last_batches_;
   RolloutQueue queue_;
   AnswerStore answers_;
   DefinitionShelf definitions_;
@@ -81,7 +89,8 @@ class WorkerCore {
   bool status_due_ = false;  ///< what learners should know before the next heartbeat has changed
   bool draining_ = false;
   bool exited_ = false;
-  std::optional<TimePoint> drain_end_;
+  std::optional<TimePoint> finish_by_;  ///< draining: no later than this for what runs
+  std::optional<TimePoint> drain_end_;  ///< and for the last acknowledgements
   std::int64_t num_evaluated_ = 0;
   std::int64_t num_failed_ = 0;
   std::int64_t num_repeated_ = 0;

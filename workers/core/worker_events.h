@@ -16,13 +16,8 @@
 /// names one process at a time, from StartEvaluator to EvaluatorDied.
 namespace treeroll::worker {
 
-enum class DefinitionKind { kTask, kPolicy };
-
-struct DefinitionName {
-  DefinitionKind kind = DefinitionKind::kTask;
-  ContentHash id;
-  auto operator<=>(const DefinitionName&) const = default;
-};
+using protocol::DefinitionKind;
+using protocol::DefinitionName;
 
 /// What the core needs to know of a definition that an evaluator could build.
 struct DefinitionFacts {
@@ -77,14 +72,14 @@ using EvaluatorEvent = std::variant<EvaluatorReady, DefinitionLoaded, RolloutEva
 
 /// First event of all, once.
 struct Started {};
-/// A RolloutBatch, TaskDefinition, PolicyDefinition or LearnerStatus; others are ignored.
+/// A RolloutBatch, DefinitionPiece or LearnerStatus; others are ignored.
 struct MessageReceived {
   protocol::Message message;
 };
 /// Nothing more to read for now: answers gathered in this turn are sent.
 struct InboxDrained {};
 struct TimerFired {};
-/// SIGTERM or SIGINT; the second one ends the worker at once.
+/// SIGTERM, SIGINT or SIGHUP; the second one ends the worker at once.
 struct DrainRequested {};
 
 using Event = std::variant<Started, MessageReceived, EvaluatorEvent, InboxDrained, TimerFired,

@@ -28,19 +28,25 @@ struct WorkerSettings {
   std::size_t num_tasks_max = protocol::kTasksMax;
   std::size_t num_policies_max = protocol::kPoliciesMax;
   std::size_t definition_bytes_max = protocol::kDefinitionCacheBytesMax;
+  std::size_t num_partial_max = protocol::kPartialDefinitionsMax;
+  std::size_t partial_bytes_max = protocol::kPartialBytesMax;
   int num_strikes_max = 3;  ///< evaluators a roll-out or a definition may end before it is answered
   int num_accidents_max = 3;  ///< evaluators others may end under a roll-out before it is given up
 
   // What learners rely on: common/protocol/timings.h.
+  Duration learner_gone = protocol::kLearnerGone;
   Duration learner_silence_max = protocol::kLearnerSilenceMax;
   Duration busy_heartbeat = protocol::kBusyHeartbeat;
   Duration idle_heartbeat = protocol::kIdleHeartbeat;
   Duration repeat_interval_min = protocol::kRepeatIntervalMin;
   Duration repeat_interval_max = protocol::kRepeatIntervalMax;
-  Duration ask_interval = protocol::kAskInterval;
+  Duration ask_interval_min = protocol::kAskIntervalMin;
+  Duration ask_interval_max = protocol::kAskIntervalMax;
   Duration definition_wait_max = protocol::kDefinitionWaitMax;
   Duration drain_grace = protocol::kDrainGrace;
 
+  /// To be finished by a worker that is asked to end; a service manager waits 90 s by default.
+  Duration drain_rollouts_max = std::chrono::seconds(60);
   Duration start_time_max = std::chrono::seconds(30);   ///< from start to ready
   Duration load_time_limit = std::chrono::seconds(10);  ///< CPU time to build a task or policy
   Duration restart_delay_min = std::chrono::milliseconds(10);

@@ -1,7 +1,10 @@
 #include "workers/tasks/goal_trajectory.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <numbers>
+#include <set>
 
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
@@ -14,6 +17,8 @@ namespace {
 /// Nothing is simulated, so the time may be in any unit.
 constexpr NumberRule kDuration{.min = 0, .max = 1e6, .min_allowed = false};
 constexpr std::int64_t kSamplesMax = 100'000;
+constexpr NumberRule kRecorded{.min = -1e20, .max = 1e20};
+constexpr std::size_t kRecordedColumnsMax = 33;
 
 std::vector<double> read_times(SettingsReader& settings, double duration_s) {
   return sample_times(duration_s,
@@ -21,6 +26,8 @@ std::vector<double> read_times(SettingsReader& settings, double duration_s) {
 }
 
 }  // namespace
+
+std::string goal_column(const std::string& name) { return "goal_" + name; }
 
 std::vector<double> sample_times(double duration_s, int num_samples) {
   std::vector<double> times_s;
@@ -44,6 +51,37 @@ GoalTrajectory read_mixture_goal(SettingsReader& settings) {
   }
   for (int o = 1; o <= mixture.output_dim(); ++o) {
     goal.names.push_back(mixture.output_dim() == 1 ? "x" : "x" + std::to_string(o));
+  }
+  return goal;
+}
+
+GoalTrajectory read_recorded_goal(SettingsReader& settings) {
+  SettingsReader table = settings.table("goal");
+  const std::vector<std::string> columns = table.strings("columns", kRecordedColumnsMax);
+  if (columns.size() < 2) table.refuse("columns", "must name the time and at least one output");
+  GoalTrajectory goal{.times_s = {},
+                      .outputs = {},
+                      .time_name = columns.front(),
+                      .names = {columns.begin() + 1, columns.end()}};
+  // A trace has a column for each, and one for the goal of each output.
+  std::set<std::string> names(columns.begin(), columns.end());
+  for (const std::string& name : goal.names) names.insert(goal_column(name));
+  if (names.size() != columns.size() + goal.names.size()) {
+    table.refuse("columns", "must differ, and none may be another one's goal_NAME");
+  }
+  const auto rows = table.rows("rows", kRecorded, kSamplesMax, columns.size(), columns.size());
+  table.finish();
+  goal.outputs.resize(static_cast<Eigen::Index>(goal.names.size()),
+                      static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (i > 0 && !(rows[i][0] > rows[i - 1][0])) {
+      table.refuse("rows", fmt::format("the time must grow: row {} is at {}, the one before at {}",
+                                       i + 1, rows[i][0], rows[i - 1][0]));
+    }
+    goal.times_s.push_back(rows[i][0]);
+    for (std::size_t o = 0; o < goal.names.size(); ++o) {
+      goal.outputs(static_cast<Eigen::Index>(o), static_cast<Eigen::Index>(i)) = rows[i][o + 1];
+    }
   }
   return goal;
 }

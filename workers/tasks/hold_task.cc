@@ -4,12 +4,15 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "common/base/check.h"
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
 #include "workers/tasks/setting_rules.h"
 #include "workers/tasks/swing_up_task.h"
+#include "workers/tasks/trace.h"
 
 namespace treeroll {
 namespace {
@@ -68,6 +71,21 @@ TaskDescription HoldTask::description() const {
 }
 
 Outcome HoldTask::evaluate(Controller& controller, std::uint64_t seed) {
+  return roll_out(controller, seed, nullptr);
+}
+
+Outcome HoldTask::evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) {
+  const std::vector<std::string> inputs = {"phi1_rad",        "phi2_rad",        "y_m",
+                                           "phi1_rate_radps", "phi2_rate_radps", "y_rate_mps"};
+  std::vector<std::string> columns = {"time_s"};
+  columns.insert(columns.end(), inputs.begin(), inputs.end());
+  columns.insert(columns.end(), {"cart_acceleration_mps2", "cost"});
+  trace.set_columns(columns);
+  trace.set_policy_columns(inputs, {"cart_acceleration_mps2"});
+  return roll_out(controller, seed, &trace);
+}
+
+Outcome HoldTask::roll_out(Controller& controller, std::uint64_t seed, Trace* trace) {
   CHECK(controller.input_dim() == kStateDim && controller.output_dim() == 1,
         "a controller from the state to the acceleration of the cart");
   const auto feedback = [&](double, const sim::CartPendulumState& state) {
@@ -85,13 +103,19 @@ Outcome HoldTask::evaluate(Controller& controller, std::uint64_t seed) {
       seed, start_, [&](sim::CartPendulumPlant& plant, const sim::CartPendulumState& start) {
         controller.start();
         TimeMean cost;
-        const auto end =
-            plant.simulate(start, duration_s_, feedback,
-                           [&](double time_s, const sim::CartPendulumState& state, double) {
-                             cost.see(time_s, swing_up_cost(about(target_rad_, state)));
-                             return true;
-                           });
-        if (!end) return Outcome::failed(RolloutStatus::kDiverged);
+        const auto end = plant.simulate(
+            start, duration_s_, feedback,
+            [&](double time_s, const sim::CartPendulumState& state, double cart_acceleration_mps2) {
+              const sim::CartPendulumState x = about(target_rad_, state);
+              const double now = swing_up_cost(x);
+              cost.see(time_s, now);
+              if (trace != nullptr) {
+                trace->add_row({time_s, x.phi1, x.phi2, x.y, x.phi1_rate, x.phi2_rate, x.y_rate,
+                                cart_acceleration_mps2, now});
+              }
+              return true;
+            });
+        if (!end) return Outcome::failed(RolloutStatus::kDiverged, end.error().message);
         return Outcome::ok(elementary::exp(-alpha_ * cost.mean()));
       });
 }

@@ -26,8 +26,14 @@ class HoldTask : public Task {
 
   TaskDescription description() const override;
   Outcome evaluate(Controller& controller, std::uint64_t seed) override;
+  /// Columns: time, the policy's inputs (angles from the target), what it gave within what the cart
+  /// can do, and the cost.
+  Outcome evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) override;
 
  private:
+  /// @param trace  may be null
+  Outcome roll_out(Controller& controller, std::uint64_t seed, Trace* trace);
+
   double target_rad_;
   sim::CartPendulumState start_;
   double duration_s_;

@@ -10,7 +10,7 @@ void add_standard_tasks(TaskRegistry& registry) {
   registry.add("spiral", TrajectoryTask::spiral);
   add_task<SwingUpTask>(registry, "swing_up");
   add_task<SyntheticTask>(registry, "synthetic");
-  registry.add("trajectory", TrajectoryTask::with_mixture_goal);
+  registry.add("trajectory", TrajectoryTask::with_goal);
 }
 
 }  // namespace treeroll

@@ -141,7 +141,7 @@ std::vector<double> SwingUpTask::accelerations(Controller& controller) const {
 }
 
 Outcome SwingUpTask::outcome(const Result<sim::CartPendulumState>& end, double cost_min) const {
-  if (!end) return Outcome::failed(RolloutStatus::kDiverged);
+  if (!end) return Outcome::failed(RolloutStatus::kDiverged, end.error().message);
   return Outcome::ok(elementary::exp(-alpha_ * cost_min));
 }
 

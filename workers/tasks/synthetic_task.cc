@@ -53,6 +53,7 @@ SyntheticTask::SyntheticTask(SettingsReader& settings)
       fail_fraction_(settings.number("fail_fraction", kFailureFraction, 0)),
       hang_fraction_(settings.number("hang_fraction", kFailureFraction, 0)),
       crash_fraction_(settings.number("crash_fraction", kFailureFraction, 0)),
+      discard_fraction_(settings.number("discard_fraction", kFailureFraction, 0)),
       noise_deviation_(settings.number("noise_deviation", kFailureFraction, 0)),
       time_limit_s_(read_time_limit_s(settings)) {
   const std::size_t target_size = input_dim_ + output_dim_ + input_dim_ * output_dim_;
@@ -76,12 +77,16 @@ Outcome SyntheticTask::evaluate(Controller& controller, std::uint64_t seed) {
   CHECK(controller.input_dim() == input_dim_ && controller.output_dim() == output_dim_,
         "a controller with the dimensions of the description");
   spend(duration_us_);
+  if (discard_fraction_ > 0 &&
+      RandomStream(seed, 1, 0, RandomPurpose::kTaskSeed).next_uniform() < discard_fraction_) {
+    return Outcome::discarded("its seed is one of discard_fraction");
+  }
   const std::vector<double> outputs = ask(controller);
   switch (fate(outputs)) {
     case Fate::kReward:
       break;
     case Fate::kFail:
-      return Outcome::failed(RolloutStatus::kFailed);
+      return Outcome::failed(RolloutStatus::kFailed, "its policy is one of fail_fraction");
     case Fate::kHang:
       spend(kForEver);
       break;

@@ -23,6 +23,7 @@ namespace treeroll {
 ///   fail_fraction = 0        # of policies: status failed
 ///   hang_fraction = 0        # never answered: burns or sleeps for ever
 ///   crash_fraction = 0       # ends the process by SIGSEGV
+///   discard_fraction = 0     # of trials, not of policies: void, drawn from the seed
 ///   noise_deviation = 0      # standard deviation of noise on the reward, drawn from the seed;
 ///                            # clamped to [0, 1]. Not zero: the task is not deterministic
 ///   time_limit_s = 10
@@ -55,6 +56,7 @@ class SyntheticTask : public Task {
   double fail_fraction_;
   double hang_fraction_;
   double crash_fraction_;
+  double discard_fraction_;
   double noise_deviation_;
   double time_limit_s_;
 };

@@ -44,7 +44,10 @@ class Task {
  public:
   virtual ~Task() = default;
   virtual TaskDescription description() const = 0;
-  /// A simulation that goes wrong is an answer with a status. What is thrown ends the evaluator.
+  /// A simulation that goes wrong is an answer with a status and a reason. A trial that says
+  /// nothing of the policy (an operator rejects it) is Outcome::discarded(): it costs no budget,
+  /// and the same policy is tried again with another seed, a bounded number of times
+  /// (study.discards_max).
   /// @param controller  of a policy with the dimensions of the description
   /// @param seed        for tasks that are not deterministic
   virtual Outcome evaluate(Controller& controller, std::uint64_t seed) = 0;

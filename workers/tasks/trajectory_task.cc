@@ -14,10 +14,14 @@ namespace treeroll {
 TrajectoryTask::TrajectoryTask(GoalTrajectory goal, double alpha, double time_limit_s)
     : goal_(std::move(goal)), alpha_(alpha), time_limit_s_(time_limit_s) {}
 
-std::unique_ptr<Task> TrajectoryTask::with_mixture_goal(SettingsReader& settings) {
+std::unique_ptr<Task> TrajectoryTask::with_goal(SettingsReader& settings) {
   const double alpha = settings.number("alpha", kPositive, 20);
   const double time_limit_s = read_time_limit_s(settings);
-  return std::make_unique<TrajectoryTask>(read_mixture_goal(settings), alpha, time_limit_s);
+  // With a mixture the times are settings of their own; a recording has its own.
+  const bool is_recorded = settings.table("goal").has("rows");
+  return std::make_unique<TrajectoryTask>(
+      is_recorded ? read_recorded_goal(settings) : read_mixture_goal(settings), alpha,
+      time_limit_s);
 }
 
 std::unique_ptr<Task> TrajectoryTask::spiral(SettingsReader& settings) {
@@ -43,7 +47,7 @@ Outcome TrajectoryTask::evaluate_traced(Controller& controller, std::uint64_t /*
                                         Trace& trace) {
   std::vector<std::string> columns = {goal_.time_name};
   columns.insert(columns.end(), goal_.names.begin(), goal_.names.end());
-  for (const std::string& name : goal_.names) columns.push_back("goal_" + name);
+  for (const std::string& name : goal_.names) columns.push_back(goal_column(name));
   trace.set_columns(columns);
   trace.set_policy_columns({goal_.time_name}, goal_.names);
 

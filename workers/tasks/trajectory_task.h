@@ -14,7 +14,8 @@ class TrajectoryTask : public Task {
  public:
   TrajectoryTask(GoalTrajectory goal, double alpha, double time_limit_s);
 
-  /// The task "trajectory", whose goal a mixture generates. Throws ConfigError. Settings:
+  /// The task "trajectory", whose goal a mixture generates, or is a recording. Throws ConfigError.
+  /// Settings:
   ///   duration_s = 2
   ///   samples = 100              # at duration_s (i + .5) / samples
   ///   alpha = 20
@@ -23,8 +24,12 @@ class TrajectoryTask : public Task {
   ///   outputs = [1.25, .75, -.75, -1.25]
   ///   deviations = [.25, .3]
   /// The goal is a mixture as common/mixture/mixture_settings.h reads it, equally spaced over the
-  /// duration unless a range or means are given.
-  static std::unique_ptr<Task> with_mixture_goal(SettingsReader& settings);
+  /// duration unless a range or means are given. A recorded goal takes the place of `duration_s`
+  /// and `samples` too: each of its rows is a sample.
+  ///   [goal]
+  ///   columns = ["t_s", "x_m"]   # the first is the time; the names are those of the trace
+  ///   rows = [[0, .1], [.1, .3]] # or csv_file = "goal.csv", of which a study takes the rows
+  static std::unique_ptr<Task> with_goal(SettingsReader& settings);
 
   /// The task "spiral" of section A-4-3: two outputs that go round a circle over time, (A-35).
   /// Throws ConfigError. Settings:

@@ -136,10 +136,14 @@ Drawn add_curve(const Curve& curve, std::size_t type, std::size_t width, bool is
 
 }  // namespace
 
-std::size_t draw_curves(const std::vector<CurvePanel>& panels, const CurveAxis& axis, Plot& plot) {
+std::size_t draw_curves(const Rows<CurvePanel>& rows, const CurveAxis& axis, Plot& plot) {
+  std::vector<const CurvePanel*> panels;
   std::size_t length = 1;
-  for (const CurvePanel& panel : panels) {
-    for (const Curve& curve : panel.curves) length = std::max(length, longest(curve));
+  for (const auto& row : rows) {
+    for (const CurvePanel& panel : row) {
+      panels.push_back(&panel);
+      for (const Curve& curve : panel.curves) length = std::max(length, longest(curve));
+    }
   }
   const std::size_t width = (length + kPointsMax - 1) / kPointsMax;
 
@@ -147,11 +151,11 @@ std::size_t draw_curves(const std::vector<CurvePanel>& panels, const CurveAxis& 
   std::vector<std::string> curves;  // by panel
   std::vector<std::vector<std::string>> labels;
   std::size_t index = 0;
-  for (const CurvePanel& panel : panels) {
+  for (const CurvePanel* panel : panels) {
     std::string bands;
     std::string lines;
     labels.emplace_back();
-    for (const Curve& curve : panel.curves) {
+    for (const Curve& curve : panel->curves) {
       const Drawn drawn = add_curve(curve, labels.back().size() + 1, width, axis.is_logarithmic,
                                     index, extent, plot);
       bands += drawn.band;
@@ -165,14 +169,18 @@ std::size_t draw_curves(const std::vector<CurvePanel>& panels, const CurveAxis& 
                                        [&](const auto& of_panel) { return of_panel == labels[0]; });
   PanelGrid grid;
   if (same_labels) grid.labels = labels.front();
-  for (std::size_t i = 0; i < panels.size(); ++i) {
-    grid.commands.push_back(fmt::format(
-        "  set title {}\n  set xlabel 'roll-out'; set ylabel {}\n  set xrange [0:{}]; set xtics "
-        "{}\n  set yrange {}\n  {}\n  plot {}\n",
-        literal(panels[i].title), literal(axis.title), length, std::max<std::size_t>(length / 4, 1),
-        extent.range(axis.is_logarithmic),
-        grid.labels.empty() ? "set key above horizontal Left reverse samplen 4" : "unset key",
-        curves[i]));
+  std::size_t next = 0;
+  for (const auto& row : rows) {
+    grid.rows.emplace_back();
+    for (const CurvePanel& panel : row) {
+      grid.rows.back().push_back(fmt::format(
+          "  set title {}\n  set xlabel 'roll-out'; set ylabel {}\n  set xrange [0:{}]; set xtics "
+          "{}\n  set yrange {}\n  {}\n  plot {}\n",
+          literal(panel.title), literal(axis.title), length,
+          round_step(static_cast<double>(length)), extent.range(axis.is_logarithmic),
+          grid.labels.empty() ? "set key above horizontal Left reverse samplen 4" : "unset key",
+          curves[next++]));
+    }
   }
   arrange(grid, plot);
   return width;

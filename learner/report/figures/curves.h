@@ -29,7 +29,7 @@ struct CurveAxis {
 /// Sets data, commands and size: means over repetitions with their 95 % intervals, a mark at each
 /// switch. Precondition: panels that are not empty; positive values on a logarithmic axis.
 /// @return  over how many roll-outs a point is a mean
-std::size_t draw_curves(const std::vector<CurvePanel>& panels, const CurveAxis& axis, Plot& plot);
+std::size_t draw_curves(const Rows<CurvePanel>& rows, const CurveAxis& axis, Plot& plot);
 
 /// The medians of the first, second, ... switch of the runs, counted from 1.
 std::vector<double> median_switches(const std::vector<const RunRecord*>& runs);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -12,10 +13,32 @@ namespace {
 
 constexpr int kEllipsePoints = 48;
 constexpr int kCurvePoints = 200;
+constexpr int kCurvePointsOfMany = 80;  // over the input; a path may go round and round
+
+void add_points(const PolicySketch::Layer& layer, Plane plane, Range inputs, int num_steps,
+                DataSets& data) {
+  Controller& controller = *layer.controller;
+  controller.start();
+  std::vector<double> all(1 + static_cast<std::size_t>(controller.output_dim()));
+  for (int i = 0; i <= num_steps; ++i) {
+    all[0] = inputs.low + (inputs.high - inputs.low) * i / num_steps;
+    controller.act(std::span(all).first(1), std::span(all).subspan(1));
+    data.add(all[static_cast<std::size_t>(plane.across)], all[static_cast<std::size_t>(plane.up)]);
+  }
+}
 
 }  // namespace
 
-void DataSets::add(double x, double y) { text_ += fmt::format("{} {}\n", datum(x), datum(y)); }
+void Box::include(double x, double y) {
+  if (!std::isfinite(x) || !std::isfinite(y)) return;
+  across = {std::min(across.low, x), std::max(across.high, x)};
+  up = {std::min(up.low, y), std::max(up.high, y)};
+}
+
+void DataSets::add(double x, double y) {
+  text_ += fmt::format("{} {}\n", datum(x), datum(y));
+  box_.include(x, y);
+}
 
 int DataSets::end() {
   text_ += "\n\n";
@@ -46,13 +69,16 @@ std::string ellipses(const PolicySketch::Layer& layer, Plane plane, const std::s
 std::string curve(const PolicySketch::Layer& layer, Plane plane, Range inputs,
                   const std::string& style, DataSets& data) {
   data.begin("across up: regression");
-  Controller& controller = *layer.controller;
-  controller.start();
-  std::vector<double> all(1 + static_cast<std::size_t>(controller.output_dim()));
-  for (int i = 0; i <= kCurvePoints; ++i) {
-    all[0] = inputs.low + (inputs.high - inputs.low) * i / kCurvePoints;
-    controller.act(std::span(all).first(1), std::span(all).subspan(1));
-    data.add(all[static_cast<std::size_t>(plane.across)], all[static_cast<std::size_t>(plane.up)]);
+  add_points(layer, plane, inputs, kCurvePoints, data);
+  return fmt::format("data index {} using 1:2 with lines {} notitle", data.end(), style);
+}
+
+std::string curves(const std::vector<PolicySketch::Layer>& layers, Plane plane, Range inputs,
+                   const std::string& style, DataSets& data) {
+  data.begin("across up: regressions");
+  for (const PolicySketch::Layer& layer : layers) {
+    add_points(layer, plane, inputs, plane.across == 0 ? kCurvePointsOfMany : kCurvePoints, data);
+    data.interrupt();
   }
   return fmt::format("data index {} using 1:2 with lines {} notitle", data.end(), style);
 }
@@ -62,6 +88,20 @@ int add_curve(const std::string& what, const std::vector<double>& across,
   data.begin("across up: " + what);
   for (std::size_t i = 0; i < up.size(); ++i) data.add(across[i], up[i]);
   return data.end();
+}
+
+std::string equal_axes(const Box& box) {
+  constexpr double kMargin = .04;
+  constexpr double kLeastSpan = 1e-9;
+  const auto span = [](const Range& range) { return range.high - range.low; };
+  const double larger = std::max(span(box.across), span(box.up));
+  if (!(larger >= 0)) return "  set size ratio -1\n";  // no point at all
+  const double margin = kMargin * std::max(larger, kLeastSpan);
+  return fmt::format(
+      "  set size ratio -1; set xrange [{0:.6g}:{1:.6g}]; set yrange [{2:.6g}:{3:.6g}]\n"
+      "  set xtics {4}; set ytics {4}\n",
+      box.across.low - margin, box.across.high + margin, box.up.low - margin, box.up.high + margin,
+      round_step(larger + 2 * margin));
 }
 
 std::string axis_labels(const std::string& across, const std::string& up) {

@@ -1,12 +1,27 @@
 #pragma once
 
+#include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/policy/policy.h"
 #include "learner/report/figures/plot.h"
 
 namespace treeroll::report {
+
+struct Range {
+  double low = 0;
+  double high = 0;
+};
+
+/// What covers all points given so far.
+struct Box {
+  Range across{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  Range up = across;
+
+  void include(double x, double y);
+};
 
 /// The data of a plot, set after set as gnuplot counts them.
 class DataSets {
@@ -18,10 +33,13 @@ class DataSets {
   /// @return the index of the set that ends here
   int end();
   std::string take() { return std::move(text_); }
+  /// Of all points that are finite.
+  const Box& box() const { return box_; }
 
  private:
   std::string text_;
   int count_ = 0;
+  Box box_;
 };
 
 /// How far from its mean a Gaussian is drawn, in standard deviations.
@@ -31,11 +49,6 @@ inline constexpr double kEllipseDeviations = 2;
 struct Plane {
   Eigen::Index across = 0;
   Eigen::Index up = 1;
-};
-
-struct Range {
-  double low = 0;
-  double high = 0;
 };
 
 /// Each Gaussian's ellipse of two standard deviations in the plane.
@@ -53,6 +66,14 @@ std::string curve(const PolicySketch::Layer& layer, Plane plane, Range inputs,
 /// A line through points. Precondition: `across` is as long as `up`.
 int add_curve(const std::string& what, const std::vector<double>& across,
               const std::vector<double>& up, DataSets& data);
+
+/// The same of several layers, as one data set; over the input the curves are coarser.
+std::string curves(const std::vector<PolicySketch::Layer>& layers, Plane plane, Range inputs,
+                   const std::string& style, DataSets& data);
+
+/// Ranges and marks of axes of one scale, for panels that show one variable over another of the
+/// same kind: `set xrange ..`, as a line.
+std::string equal_axes(const Box& box);
 
 /// `set xlabel X; set ylabel Y`, as a line.
 std::string axis_labels(const std::string& across, const std::string& up);

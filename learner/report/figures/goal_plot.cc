@@ -68,18 +68,21 @@ std::vector<Plot> goal_plots(const std::string& study, const std::vector<LearntP
       const auto own = other_goals(policy);
       if (std::find(own.begin(), own.end(), name) != own.end()) drawn.push_back(&policy);
     }
-    const auto all = pages_of(drawn, kPanelsPerPage);
+    const auto all = policy_pages(drawn);
     const std::string id = plots.empty() ? "goals" : fmt::format("goals_{}", plots.size() + 1);
     for (std::size_t page = 0; page < all.size(); ++page) {
       Plot plot{.title =
                     fmt::format("{} of {} before and after learning", axis_title(name), study)};
       name_page(id, page, all.size(), plot);
-      PanelGrid grid{.commands = {},
+      PanelGrid grid{.rows = {},
                      .labels = {"best", "start", "", "", "", "", "", "", "goal"},
                      .panel_height_px = 320};
       DataSets data;
-      for (const LearntPolicy* policy : all[page]) {
-        grid.commands.push_back(goal_panel(*policy, name, data));
+      for (const auto& row : all[page]) {
+        grid.rows.emplace_back();
+        for (const LearntPolicy* policy : row) {
+          grid.rows.back().push_back(goal_panel(*policy, name, data));
+        }
       }
       plot.data = data.take();
       arrange(grid, plot);

@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "learner/report/figures/data_sets.h"
-#include "learner/report/figures/shown_trace.h"
+#include "learner/report/figures/learnt_policy.h"
 
 namespace treeroll::report {
 namespace {
@@ -20,11 +21,7 @@ struct Panel {
 };
 
 std::string axis(const StartModel& start, Eigen::Index variable) {
-  const int dim = start.policy->input_dim() + start.policy->output_dim();
-  if (start.columns.size() == static_cast<std::size_t>(dim)) {
-    return axis_title(start.columns[static_cast<std::size_t>(variable)]);
-  }
-  return variable == 0 ? "input" : fmt::format("output {}", variable);
+  return variable_title(start.columns, start.policy->input_dim(), variable);
 }
 
 std::string title(const Panel& panel) {
@@ -70,25 +67,29 @@ std::string commands(const Panel& panel, DataSets& data) {
 }  // namespace
 
 std::vector<Plot> layer_plots(const std::string& study, const std::vector<StartModel>& starts) {
-  std::vector<Panel> panels;
+  Rows<Panel> panels;  // a row an output of a start
   bool has_samples = false;
   for (const StartModel& start : starts) {
     if (start.policy->input_dim() != 1) continue;
     has_samples = has_samples || start.demonstration;
     for (Eigen::Index output = 1; output <= start.policy->output_dim(); ++output) {
+      panels.emplace_back();
       for (int layer = 1; layer <= start.policy->num_layers(); ++layer) {
-        panels.push_back({.start = &start, .layer = layer, .output = output});
+        panels.back().push_back({.start = &start, .layer = layer, .output = output});
       }
     }
   }
-  const auto pages = pages_of(panels, kPanelsPerPage);
+  const auto pages = pages_of_rows(std::move(panels));
   std::vector<Plot> plots;
   for (std::size_t page = 0; page < pages.size(); ++page) {
     Plot plot{.title = "What learning began with in " + study + ", layer by layer"};
     name_page("layers", page, pages.size(), plot);
-    PanelGrid grid{.commands = {}, .labels = {"regression", "Gaussians"}, .panel_height_px = 340};
+    PanelGrid grid{.rows = {}, .labels = {"regression", "Gaussians"}, .panel_height_px = 340};
     DataSets data;
-    for (const Panel& panel : pages[page]) grid.commands.push_back(commands(panel, data));
+    for (const auto& row : pages[page]) {
+      grid.rows.emplace_back();
+      for (const Panel& panel : row) grid.rows.back().push_back(commands(panel, data));
+    }
     plot.data = data.take();
     arrange(grid, plot);
     plot.caption = fmt::format(

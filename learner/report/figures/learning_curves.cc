@@ -11,11 +11,13 @@ namespace treeroll::report {
 namespace {
 
 /// What captions of curves say of their marks and points.
-std::string details(const std::vector<CurvePanel>& panels, std::size_t rollouts_per_point) {
-  const bool has_marks = std::any_of(panels.begin(), panels.end(), [](const CurvePanel& panel) {
-    return std::any_of(panel.curves.begin(), panel.curves.end(),
-                       [](const Curve& curve) { return !curve.switches.empty(); });
-  });
+std::string details(const Rows<CurvePanel>& rows, std::size_t rollouts_per_point) {
+  bool has_marks = false;
+  for (const auto& row : rows) {
+    for (const CurvePanel& panel : row) {
+      for (const Curve& curve : panel.curves) has_marks = has_marks || !curve.switches.empty();
+    }
+  }
   return fmt::format(
       "{}{}",
       rollouts_per_point > 1
@@ -26,71 +28,75 @@ std::string details(const std::vector<CurvePanel>& panels, std::size_t rollouts_
                 : "");
 }
 
-std::string title_of(const StudyResults& study, const ConditionGroup& group) {
-  return group.name.empty() ? study.name : group.name;
+/// A panel a group, with what `curve_of` makes of each condition.
+template <class CurveOf>
+Rows<CurvePanel> panels_of(const StudyResults& study, const Rows<ConditionGroup>& groups,
+                           const CurveOf& curve_of) {
+  Rows<CurvePanel> rows;
+  for (const auto& row : groups) {
+    rows.emplace_back();
+    for (const ConditionGroup& group : row) {
+      CurvePanel& panel = rows.back().emplace_back();
+      panel.title = group.name.empty() ? study.name : group.name;
+      for (std::size_t c = 0; c < group.conditions.size(); ++c) {
+        panel.curves.push_back(curve_of(group.conditions[c]));
+        panel.curves.back().label = group.labels[c];
+      }
+    }
+  }
+  return rows;
 }
 
 }  // namespace
 
-Plot learning_curves(const StudyResults& study, const std::vector<ConditionGroup>& groups) {
-  std::vector<CurvePanel> panels;
+Plot learning_curves(const StudyResults& study, const Rows<ConditionGroup>& groups) {
   std::size_t num_runs = 0;
-  for (const ConditionGroup& group : groups) {
-    CurvePanel panel{.title = title_of(study, group), .curves = {}};
-    for (std::size_t c = 0; c < group.conditions.size(); ++c) {
-      const auto runs = runs_of(study, group.conditions[c]);
-      num_runs = std::max(num_runs, runs.size());
-      Curve curve{.label = group.labels[c], .repetitions = {}, .switches = median_switches(runs)};
-      for (const RunRecord* run : runs) {
-        curve.repetitions.emplace_back();
-        for (const RolloutRecord& rollout : run->rollouts) {
-          curve.repetitions.back().push_back(
-              is_applied(rollout) ? rollout.reward : std::numeric_limits<double>::quiet_NaN());
-        }
+  const auto rows = panels_of(study, groups, [&](const std::string& condition) {
+    const auto runs = runs_of(study, condition);
+    num_runs = std::max(num_runs, runs.size());
+    Curve curve{.label = {}, .repetitions = {}, .switches = median_switches(runs)};
+    for (const RunRecord* run : runs) {
+      std::vector<double>& rewards = curve.repetitions.emplace_back();
+      for (const RolloutRecord& rollout : run->rollouts) {
+        rewards.push_back(is_applied(rollout) ? rollout.reward
+                                              : std::numeric_limits<double>::quiet_NaN());
       }
-      panel.curves.push_back(std::move(curve));
     }
-    panels.push_back(std::move(panel));
-  }
+    return curve;
+  });
   Plot plot{.id = "learning_curves", .title = "Learning curves of " + study.name};
-  const std::size_t width = draw_curves(panels, {.title = "reward"}, plot);
+  const std::size_t width = draw_curves(rows, {.title = "reward"}, plot);
   plot.caption = fmt::format(
       "Reward of the (perturbed) roll-outs, mean over up to {} repetitions; the bands are 95 % "
       "intervals of the mean.{}",
-      num_runs, details(panels, width));
+      num_runs, details(rows, width));
   return plot;
 }
 
-Plot noise_growth(const StudyResults& study, const std::vector<ConditionGroup>& groups,
+Plot noise_growth(const StudyResults& study, const Rows<ConditionGroup>& groups,
                   const NoiseLevels& noise) {
-  std::vector<CurvePanel> panels;
   std::size_t num_runs = 0;
-  for (const ConditionGroup& group : groups) {
-    CurvePanel panel{.title = title_of(study, group), .curves = {}};
-    for (std::size_t c = 0; c < group.conditions.size(); ++c) {
-      const auto found = noise.find(group.conditions[c]);
-      Curve curve{.label = group.labels[c], .repetitions = {}};
-      if (found != noise.end()) {
-        curve.repetitions = found->second;
-        auto runs = runs_of(study, group.conditions[c]);
-        runs.resize(std::min(runs.size(), curve.repetitions.size()));
-        curve.switches = median_switches(runs);
-      }
-      num_runs = std::max(num_runs, curve.repetitions.size());
-      panel.curves.push_back(std::move(curve));
-    }
-    panels.push_back(std::move(panel));
-  }
+  const auto rows = panels_of(study, groups, [&](const std::string& condition) {
+    Curve curve;
+    const auto found = noise.find(condition);
+    if (found == noise.end()) return curve;
+    curve.repetitions = found->second;
+    num_runs = std::max(num_runs, curve.repetitions.size());
+    auto runs = runs_of(study, condition);
+    runs.resize(std::min(runs.size(), curve.repetitions.size()));
+    curve.switches = median_switches(runs);
+    return curve;
+  });
   if (num_runs == 0) return {};
   Plot plot{.id = "noise_growth", .title = "Exploration noise of " + study.name};
   const std::size_t width =
-      draw_curves(panels, {.title = "noise / noise deviations", .is_logarithmic = true}, plot);
+      draw_curves(rows, {.title = "noise / noise deviations", .is_logarithmic = true}, plot);
   plot.caption = fmt::format(
       "Exploration noise after each roll-out: root of the mean variance over the elements of "
       "theta, "
       "each in units of its noise deviation (1 is gamma = 1). Geometric mean over the first {} "
       "repetitions with its 95 % interval.{}",
-      num_runs, details(panels, width));
+      num_runs, details(rows, width));
   return plot;
 }
 

@@ -213,7 +213,7 @@ Scene scene_of(const LearntPolicy& policy) {
   return scene;
 }
 
-Plot page_of(const std::vector<const LearntPolicy*>& policies) {
+Plot motion_page(const std::vector<const LearntPolicy*>& policies) {
   std::vector<Scene> scenes;
   Plot plot;
   plot.width_px = kWidthPx;
@@ -267,7 +267,7 @@ std::vector<Plot> motion_plots(const std::string& study,
   const auto pages = pages_of(moving, kConditionsPerPage);
   std::vector<Plot> plots;
   for (std::size_t page = 0; page < pages.size(); ++page) {
-    Plot plot = page_of(pages[page]);
+    Plot plot = motion_page(pages[page]);
     plot.title = "Motion in " + study + " before and after learning";
     name_page("motion", page, pages.size(), plot);
     plots.push_back(std::move(plot));

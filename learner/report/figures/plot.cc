@@ -28,21 +28,32 @@ constexpr const char* kLines = R"(  reset
 }  // namespace
 
 std::string script_of(const Plot& plot) {
+  // Picture points are 1/96 inch, as in SVG. PNG has 300 dots an inch, and all in it grows alike.
+  constexpr double kPointsPerInch = 96;
+  constexpr double kDotsPerPoint = 300 / kPointsPerInch;
   return fmt::format(
-      "# gnuplot {0}.gp draws {0}.svg and {0}.png from {0}.dat\n"
+      "# gnuplot {0}.gp draws {0}.svg, {0}.png and {0}.pdf from {0}.dat\n"
       "set encoding utf8\n"
       "data = '{0}.dat'\n"
-      "do for [format in 'svg png'] {{\n"
+      "do for [format in 'svg png pdf'] {{\n"
       "  if (format eq 'svg') {{\n"
       "    set terminal svg noenhanced size {1},{2} font 'sans,13' background rgb 'white'\n"
-      "  }} else {{\n"
-      "    set terminal pngcairo noenhanced size {1},{2} font 'sans,11' background rgb 'white'\n"
+      "  }}\n"
+      "  if (format eq 'png') {{\n"
+      "    set terminal pngcairo noenhanced size {3:.0f},{4:.0f} font 'sans,9.75' fontscale {5} "
+      "linewidth {5} pointscale {5} background rgb 'white'\n"
+      "  }}\n"
+      "  if (format eq 'pdf') {{\n"
+      "    set terminal pdfcairo noenhanced size {6:.4f},{7:.4f} font 'sans,9.75' linewidth 1 "
+      "background rgb 'white'\n"
       "  }}\n"
       "  set output '{0}.'.format\n"
-      "{3}{4}"
+      "{8}{9}"
       "  set output\n"
       "}}\n",
-      plot.id, plot.width_px, plot.height_px, kLines, plot.commands);
+      plot.id, plot.width_px, plot.height_px, plot.width_px * kDotsPerPoint,
+      plot.height_px * kDotsPerPoint, kDotsPerPoint, plot.width_px / kPointsPerInch,
+      plot.height_px / kPointsPerInch, kLines, plot.commands);
 }
 
 std::string literal(std::string_view text) {
@@ -69,25 +80,48 @@ void name_page(const std::string& id, std::size_t page, std::size_t num_pages, P
   if (num_pages > 1) plot.title += fmt::format(", page {} of {}", page + 1, num_pages);
 }
 
+double round_step(double span) {
+  constexpr double kStepsMax = 6;
+  const double least = span / kStepsMax;
+  const double decade = std::pow(10., std::floor(std::log10(least)));
+  for (const double digit : {1., 2., 5.}) {
+    if (digit * decade >= least * (1 - 1e-9)) return digit * decade;
+  }
+  return 10 * decade;
+}
+
+std::size_t num_columns(std::size_t longest, std::size_t num_rows) {
+  if (num_rows == 1) return longest == 1 ? 1 : longest <= 4 ? 2 : longest <= 9 ? 3 : 4;
+  // The last line of a long row has as few gaps as can be.
+  return longest <= 4 ? longest : longest <= 6 || longest == 9 ? 3 : 4;
+}
+
 void arrange(const PanelGrid& grid, Plot& plot) {
   constexpr int kKeyPx = 40;
   constexpr int kWidthMaxPx = 1320;
-  const int num_panels = static_cast<int>(grid.commands.size());
-  const int num_columns = num_panels == 1 ? 1 : num_panels <= 4 ? 2 : num_panels <= 9 ? 3 : 4;
-  const int num_rows = (num_panels + num_columns - 1) / num_columns;
-  plot.width_px = num_panels == 1 ? 820 : std::min(480 * num_columns, kWidthMaxPx);
-  plot.height_px = (num_panels == 1 ? 480 : grid.panel_height_px * num_rows) + kKeyPx;
+  std::size_t longest = 0;
+  for (const auto& row : grid.rows) longest = std::max(longest, row.size());
+  const std::size_t columns = num_columns(longest, grid.rows.size());
+  std::size_t num_lines = 0;
+  for (const auto& row : grid.rows) num_lines += (row.size() + columns - 1) / columns;
+  const bool is_alone = longest == 1 && grid.rows.size() == 1;
+  plot.width_px = is_alone ? 820 : std::min(480 * static_cast<int>(columns), kWidthMaxPx);
+  plot.height_px = (is_alone ? 480 : grid.panel_height_px * static_cast<int>(num_lines)) + kKeyPx;
   const double key = static_cast<double>(kKeyPx) / plot.height_px;
-  const double width = 1. / num_columns;
-  const double height = (1 - key) / num_rows;
+  const double width = 1. / static_cast<double>(columns);
+  const double height = (1 - key) / static_cast<double>(num_lines);
 
   plot.commands = "  set multiplot\n";
-  for (int i = 0; i < num_panels; ++i) {
-    const int column = i % num_columns;
-    const int row = i / num_columns;  // from above; gnuplot's origin is below
-    plot.commands += fmt::format("  set origin {:.6f},{:.6f}; set size {:.6f},{:.6f}\n",
-                                 width * column, height * (num_rows - 1 - row), width, height);
-    plot.commands += grid.commands[static_cast<std::size_t>(i)];
+  std::size_t line = 0;  // from above; gnuplot's origin is below
+  for (const auto& row : grid.rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::size_t below = num_lines - 1 - line - i / columns;
+      plot.commands += fmt::format("  set origin {:.6f},{:.6f}; set size {:.6f},{:.6f}\n",
+                                   width * static_cast<double>(i % columns),
+                                   height * static_cast<double>(below), width, height);
+      plot.commands += row[i];
+    }
+    line += (row.size() + columns - 1) / columns;
   }
   if (!grid.labels.empty()) {
     std::string lines;

@@ -3,203 +3,82 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
-#include "learner/report/figures/data_sets.h"
+#include "learner/report/figures/policy_figure.h"
 
 namespace treeroll::report {
 namespace {
 
-constexpr int kPanelHeightPx = 320;
 constexpr int kLayersNamed = 2;
 
-using Policies = std::vector<const LearntPolicy*>;
+/// The best policy with the Gaussians of its layers, and the start.
+class BeforeAndAfter : public PolicyFigure {
+ public:
+  std::string line_types() const override { return kStartAndGoalLines; }
+  std::string goal_style() const override { return "lt 9"; }
+  std::string panel_title(const LearntPolicy& policy) const override { return policy.condition; }
 
-bool is_drawn(const LearntPolicy& policy) { return policy.start->input_dim() == 1; }
+  std::string input_range(const LearntPolicy& policy) const override {
+    const PolicySketch start = policy.start->sketch();
+    return fmt::format("[{}:{}]", start.input_low, start.input_high);
+  }
 
-int dim(const LearntPolicy& policy) {
-  return policy.start->input_dim() + policy.start->output_dim();
-}
+  std::string lines(const LearntPolicy& policy, const View& view, const std::string& goal,
+                    DataSets& data) const override {
+    const Plane plane = view.plane;
+    const PolicySketch start = policy.start->sketch();
+    // A path ends where the task ends it; beyond, the policy is nobody's path.
+    const Range drawn = view.is_path ? inputs_of(policy) : Range{start.input_low, start.input_high};
+    const PolicySketch learnt = after(policy).sketch();
+    std::string lines = goal;
+    lines += ellipses(start.layers.back(), plane, "lt 2 lw 1", data);
+    lines += curve(start.layers.back(), plane, drawn, "lt 2", data) + ", ";
+    for (int layer = 1; layer <= static_cast<int>(learnt.layers.size()); ++layer) {
+      const std::string style = fmt::format("lt {} lw 1", std::min(layer, kLayersNamed + 1) + 2);
+      lines += ellipses(learnt.layers[static_cast<std::size_t>(layer - 1)], plane, style, data);
+    }
+    return lines + curve(learnt.layers.back(), plane, drawn, "lt 1", data);
+  }
 
-const Policy& after(const LearntPolicy& policy) {
-  return policy.best ? *policy.best : *policy.start;
-}
+  std::vector<std::string> labels(const PolicyRows& rows, bool has_goal) const override {
+    int num_layers = 0;
+    for (const auto& row : rows) {
+      for (const LearntPolicy* policy : row) {
+        num_layers = std::max(num_layers, after(*policy).num_layers());
+      }
+    }
+    std::vector<std::string> labels = {"learnt", "start"};
+    for (int layer = 1; layer <= std::min(num_layers, kLayersNamed); ++layer) {
+      labels.push_back(fmt::format("layer {}", layer));
+    }
+    if (num_layers > kLayersNamed) labels.emplace_back("further layers");
+    if (has_goal) {
+      labels.resize(8);  // the goal's line type is the ninth
+      labels.emplace_back("goal");
+    }
+    return labels;
+  }
 
-/// Names of the variables for the axes and, where the trace has one, the trace.
-struct Names {
-  const RolloutTrace* trace = nullptr;
-  std::vector<std::string> columns;  ///< inputs, then outputs; empty: the task names none
-
-  std::string title(Eigen::Index variable) const {
-    if (!columns.empty()) return axis_title(columns[static_cast<std::size_t>(variable)]);
-    return variable == 0 ? "input" : fmt::format("output {}", variable);
+  std::string caption(const PolicyRows& /*rows*/, const View& view, bool has_goal) const override {
+    return fmt::format(
+        "{} of the best roll-out of all repetitions, with the Gaussians of each layer (ellipses of "
+        "two standard deviations); in grey what learning began with.{}",
+        view.is_path ? "One output over the other, to one scale," : "Output over input",
+        has_goal ? " The thick light line is the task's goal." : "");
   }
 };
-
-Names names_of(const LearntPolicy& policy) {
-  Names names;
-  for (const auto* rollout : {&policy.best_rollout, &policy.start_rollout}) {
-    if (!*rollout || names.trace != nullptr) continue;
-    const RolloutTrace& trace = (*rollout)->trace;
-    if (trace.policy_inputs.size() != static_cast<std::size_t>(policy.start->input_dim())) continue;
-    if (trace.policy_outputs.size() != static_cast<std::size_t>(policy.start->output_dim())) {
-      continue;
-    }
-    names.trace = &trace;
-    names.columns = trace.policy_inputs;
-    names.columns.insert(names.columns.end(), trace.policy_outputs.begin(),
-                         trace.policy_outputs.end());
-  }
-  return names;
-}
-
-/// The goal below all else, where the task has one; the input has none, it is what it is.
-std::string goal_line(const Names& names, Plane plane, DataSets& data) {
-  if (names.trace == nullptr) return "";
-  const auto wanted = [&](Eigen::Index variable) {
-    const std::string& column = names.columns[static_cast<std::size_t>(variable)];
-    return column_of(*names.trace, variable == 0 ? column : goal_of(column));
-  };
-  const auto across = wanted(plane.across);
-  const auto up = wanted(plane.up);
-  if (!across || !up) return "";
-  return fmt::format("data index {} using 1:2 with lines lt 9 notitle, ",
-                     add_curve("goal", *across, *up, data));
-}
-
-/// A path ends where the task ends it; beyond, the policy is nobody's path.
-Range inputs_of_path(const PolicySketch& start, const Names& names) {
-  if (names.trace != nullptr) {
-    const std::vector<double> inputs = *column_of(*names.trace, names.columns.front());
-    const auto [low, high] = std::minmax_element(inputs.begin(), inputs.end());
-    if (!inputs.empty() && std::isfinite(*low) && *low < *high) return {*low, *high};
-  }
-  return {start.input_low, start.input_high};
-}
-
-/// One panel: goal, start, the layers after learning, what they come to.
-std::string panel(const LearntPolicy& policy, Plane plane, bool is_path, DataSets& data) {
-  const Names names = names_of(policy);
-  const PolicySketch start = policy.start->sketch();
-  const PolicySketch learnt = after(policy).sketch();
-  const Range inputs =
-      is_path ? inputs_of_path(start, names) : Range{start.input_low, start.input_high};
-  std::string lines = goal_line(names, plane, data);
-  lines += ellipses(start.layers.back(), plane, "lt 2 lw 1", data);
-  lines += curve(start.layers.back(), plane, inputs, "lt 2", data) + ", ";
-  for (int layer = 1; layer <= static_cast<int>(learnt.layers.size()); ++layer) {
-    const std::string style = fmt::format("lt {} lw 1", std::min(layer, kLayersNamed + 1) + 2);
-    lines += ellipses(learnt.layers[static_cast<std::size_t>(layer - 1)], plane, style, data);
-  }
-  lines += curve(learnt.layers.back(), plane, inputs, "lt 1", data);
-  const std::string range =
-      is_path ? "[*:*]; set size ratio -1" : fmt::format("[{}:{}]", inputs.low, inputs.high);
-  return fmt::format(
-      "  set title {}\n{}  unset key\n  set yrange [*:*]; set xrange {}\n  plot {}\n",
-      literal(policy.condition), axis_labels(names.title(plane.across), names.title(plane.up)),
-      range, lines);
-}
-
-std::vector<std::string> key(const Policies& policies, const Plane& plane) {
-  std::vector<std::string> labels = {"learnt", "start"};
-  int num_layers = 0;
-  bool has_goal = false;
-  for (const LearntPolicy* policy : policies) {
-    DataSets unused;
-    num_layers = std::max(num_layers, after(*policy).num_layers());
-    has_goal = has_goal || !goal_line(names_of(*policy), plane, unused).empty();
-  }
-  for (int layer = 1; layer <= std::min(num_layers, kLayersNamed); ++layer) {
-    labels.push_back(fmt::format("layer {}", layer));
-  }
-  if (num_layers > kLayersNamed) labels.emplace_back("further layers");
-  if (has_goal) {
-    labels.resize(8);  // the goal's line type is the ninth
-    labels.emplace_back("goal");
-  }
-  return labels;
-}
-
-/// Pages of those policies that `draws` accepts.
-template <class Predicate>
-std::vector<Policies> pages(const std::vector<LearntPolicy>& policies, const Predicate& draws) {
-  Policies drawn;
-  for (const LearntPolicy& policy : policies) {
-    if (draws(policy)) drawn.push_back(&policy);
-  }
-  return pages_of(drawn, kPanelsPerPage);
-}
-
-constexpr const char* kLearntCaption =
-    "of the best roll-out of all repetitions, with the Gaussians of each layer (ellipses of two "
-    "standard deviations); in grey what learning began with.";
-constexpr const char* kGoalCaption = " The thick light line is the task's goal.";
 
 }  // namespace
 
 std::vector<Plot> policy_plots(const std::string& study,
                                const std::vector<LearntPolicy>& policies) {
-  Eigen::Index outputs_max = 0;
-  for (const LearntPolicy& policy : policies) {
-    outputs_max = std::max<Eigen::Index>(outputs_max, policy.start->output_dim());
-  }
-  std::vector<Plot> plots;
-  for (Eigen::Index output = 1; output <= outputs_max; ++output) {
-    const Plane plane{.across = 0, .up = output};
-    const auto all = pages(policies, [&](const LearntPolicy& policy) {
-      return is_drawn(policy) && dim(policy) > output;
-    });
-    for (std::size_t page = 0; page < all.size(); ++page) {
-      Plot plot{.title = "Policies of " + study + " before and after learning"};
-      if (outputs_max > 1) plot.title += fmt::format(", output {} of {}", output, outputs_max);
-      name_page(output == 1 ? "policies" : fmt::format("policies_output_{}", output), page,
-                all.size(), plot);
-      PanelGrid grid{
-          .commands = {}, .labels = key(all[page], plane), .panel_height_px = kPanelHeightPx};
-      DataSets data;
-      for (const LearntPolicy* policy : all[page]) {
-        grid.commands.push_back(panel(*policy, plane, false, data));
-      }
-      plot.data = data.take();
-      arrange(grid, plot);
-      plot.commands.insert(0, kStartAndGoalLines);
-      plot.caption = fmt::format("Output over input {}{}", kLearntCaption,
-                                 grid.labels.back() == "goal" ? kGoalCaption : "");
-      plots.push_back(std::move(plot));
-    }
-  }
-  return plots;
+  return draw_outputs(policies, BeforeAndAfter(), "policies",
+                      "Policies of " + study + " before and after learning");
 }
 
 std::vector<Plot> path_plots(const std::string& study, const std::vector<LearntPolicy>& policies) {
-  const Plane plane{.across = 1, .up = 2};
-  std::vector<Plot> plots;
-  const auto all = pages(
-      policies, [](const LearntPolicy& policy) { return is_drawn(policy) && dim(policy) == 3; });
-  for (std::size_t page = 0; page < all.size(); ++page) {
-    Plot plot{.title = "Paths of " + study + " before and after learning"};
-    name_page("paths", page, all.size(), plot);
-    PanelGrid grid{.commands = {}, .labels = key(all[page], plane), .panel_height_px = 440};
-    DataSets data;
-    for (const LearntPolicy* policy : all[page]) {
-      grid.commands.push_back(panel(*policy, plane, true, data));
-    }
-    plot.data = data.take();
-    arrange(grid, plot);
-    plot.commands.insert(0, kStartAndGoalLines);
-    plot.caption = fmt::format("One output over the other {}{}", kLearntCaption,
-                               grid.labels.back() == "goal" ? kGoalCaption : "");
-    plots.push_back(std::move(plot));
-  }
-  return plots;
-}
-
-std::vector<std::string> not_drawn(const std::vector<LearntPolicy>& policies) {
-  std::vector<std::string> names;
-  for (const LearntPolicy& policy : policies) {
-    if (!is_drawn(policy)) names.push_back(policy.condition);
-  }
-  return names;
+  return draw_paths(policies, BeforeAndAfter(), "paths",
+                    "Paths of " + study + " before and after learning");
 }
 
 }  // namespace treeroll::report

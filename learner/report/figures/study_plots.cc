@@ -11,32 +11,27 @@
 namespace treeroll::report {
 namespace {
 
-constexpr std::size_t kPanelsMax = 15;
 constexpr std::size_t kCurvesMax = 8;
 
-bool is_readable(const std::vector<ConditionGroup>& groups) {
-  return groups.size() <= kPanelsMax &&
-         std::all_of(groups.begin(), groups.end(), [](const ConditionGroup& group) {
-           return group.conditions.size() <= kCurvesMax;
-         });
-}
-
-/// More than a page: parts of it.
-std::vector<std::vector<ConditionGroup>> pages(const std::vector<std::string>& conditions,
-                                               std::size_t place) {
-  std::vector<std::vector<ConditionGroup>> all;
-  for (ConditionGroup& whole : group(conditions, place)) {
-    for (std::size_t first = 0; first < whole.conditions.size(); first += kCurvesMax) {
-      const std::size_t last = std::min(first + kCurvesMax, whole.conditions.size());
-      if (all.empty() || all.back().size() == kPanelsMax) all.emplace_back();
-      all.back().push_back({whole.name,
-                            {whole.conditions.begin() + static_cast<std::ptrdiff_t>(first),
-                             whole.conditions.begin() + static_cast<std::ptrdiff_t>(last)},
-                            {whole.labels.begin() + static_cast<std::ptrdiff_t>(first),
-                             whole.labels.begin() + static_cast<std::ptrdiff_t>(last)}});
+/// Groups of curves by page; a group of more than can be told apart stands in several panels.
+std::vector<Rows<ConditionGroup>> pages(const std::vector<std::string>& conditions,
+                                        std::size_t place) {
+  std::vector<ConditionGroup> parts;
+  for (const ConditionGroup& whole : group(conditions, place)) {
+    const auto names = pages_of(whole.conditions, kCurvesMax);
+    const auto labels = pages_of(whole.labels, kCurvesMax);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      parts.push_back({whole.name, whole.row, names[i], labels[i]});
     }
   }
-  return all;
+  return pages_of_rows(rows_by(parts, [](const ConditionGroup& part) { return part.row; }));
+}
+
+/// Whether the part at this place sets conditions against each other.
+bool varies(const std::vector<std::string>& conditions, std::size_t place) {
+  const auto groups = group(conditions, place);
+  return std::any_of(groups.begin(), groups.end(),
+                     [](const ConditionGroup& group) { return group.conditions.size() > 1; });
 }
 
 }  // namespace
@@ -47,18 +42,22 @@ Figures study_plots(const StudyResults& study, const NoiseLevels& noise) {
   if (conditions.empty()) return figures;
   std::vector<Plot>& plots = figures.plots;
   const auto by_last = pages(conditions, 1);
-  for (std::size_t page = 0; page < by_last.size(); ++page) {
-    plots.push_back(learning_curves(study, by_last[page]));
-    name_page("learning_curves", page, by_last.size(), plots.back());
+  const auto add_curves = [&](const std::string& id, const auto& all) {
+    for (std::size_t page = 0; page < all.size(); ++page) {
+      plots.push_back(learning_curves(study, all[page]));
+      name_page(id, page, all.size(), plots.back());
+    }
+  };
+  add_curves("learning_curves", by_last);
+  if (num_places(conditions) > 1 && varies(conditions, 2)) {
+    add_curves("learning_curves_across", pages(conditions, 2));
   }
-  const auto by_other = group(conditions, 2);
-  if (by_other.size() > 1 && by_other.front().conditions.size() > 1 && is_readable(by_other)) {
-    plots.push_back(learning_curves(study, by_other));
-    plots.back().id += "_across";
+  plots.push_back(average_rewards(study));
+  for (std::size_t place = 1; place <= num_places(conditions); ++place) {
+    Figures tests = p_values(study, place);
+    std::move(tests.plots.begin(), tests.plots.end(), std::back_inserter(plots));
+    std::move(tests.left_out.begin(), tests.left_out.end(), std::back_inserter(figures.left_out));
   }
-  Figures tests = p_values(study, group(conditions, 1));
-  std::move(tests.plots.begin(), tests.plots.end(), std::back_inserter(plots));
-  figures.left_out = std::move(tests.left_out);
   if (Plot boxes = switch_boxes(study); !boxes.commands.empty()) plots.push_back(std::move(boxes));
   for (std::size_t page = 0; page < by_last.size(); ++page) {
     Plot plot = noise_growth(study, by_last[page], noise);

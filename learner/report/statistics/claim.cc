@@ -346,17 +346,9 @@ ClaimResult judge(const Claim& claim, const std::vector<StudyResults>& studies) 
 }
 
 std::vector<std::optional<double>> adjusted_p(const std::vector<ClaimResult>& results) {
-  Values tested;
-  for (const ClaimResult& result : results) {
-    if (result.p) tested.push_back(*result.p);
-  }
-  const Values adjusted = holm(tested);
-  std::vector<std::optional<double>> by_claim;
-  std::size_t next = 0;
-  for (const ClaimResult& result : results) {
-    by_claim.push_back(result.p ? std::optional(adjusted[next++]) : std::nullopt);
-  }
-  return by_claim;
+  std::vector<std::optional<double>> p;
+  for (const ClaimResult& result : results) p.push_back(result.p);
+  return holm_of_present(p);
 }
 
 }  // namespace treeroll::report

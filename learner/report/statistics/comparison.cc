@@ -51,10 +51,28 @@ Comparison compare(const std::string& label_a, const std::vector<const RunRecord
   comparison.g = hedges_g(end_a.present(), end_b.present());
   for (std::size_t i = 0; i < std::min(longest(a), longest(b)); ++i) {
     const auto test = welch_greater(rewards_at(a, i), rewards_at(b, i));
-    comparison.p.push_back(test ? test->p : 1);
+    comparison.p.push_back(test ? std::optional(test->p) : std::nullopt);
   }
-  comparison.p_holm = holm(comparison.p);
+  comparison.p_holm = holm_of_present(comparison.p);
   return comparison;
+}
+
+std::vector<Comparison::ByRollout> family_wise(const std::vector<Comparison>& comparisons) {
+  Comparison::ByRollout family;
+  for (const Comparison& comparison : comparisons) {
+    for (const auto& p : comparison.p) {
+      family.push_back(p ? std::optional(two_sided(*p)) : std::nullopt);
+    }
+  }
+  const Comparison::ByRollout adjusted = holm_of_present(family);
+  std::vector<Comparison::ByRollout> all;
+  auto next = adjusted.begin();
+  for (const Comparison& comparison : comparisons) {
+    const auto end = next + static_cast<std::ptrdiff_t>(comparison.p.size());
+    all.emplace_back(next, end);
+    next = end;
+  }
+  return all;
 }
 
 }  // namespace treeroll::report

@@ -20,13 +20,20 @@ struct Comparison {
   std::optional<TestResult> end;     ///< a > b near the last roll-out
   std::optional<TestResult> paired;  ///< the same by repetition, where random numbers are shared
   std::optional<double> g;           ///< Hedges'
-  std::vector<double> p;             ///< a > b at each roll-out; 1 where too few runs got there
-  std::vector<double> p_holm;        ///< over the roll-outs
+  using ByRollout = std::vector<std::optional<double>>;
+  ByRollout p;       ///< a > b at each roll-out; nothing where fewer than two runs got there
+  ByRollout p_holm;  ///< over the roll-outs
 };
 
 /// @param share_draws  repetitions of both share their random numbers
 Comparison compare(const std::string& label_a, const std::vector<const RunRecord*>& a,
                    const std::string& label_b, const std::vector<const RunRecord*>& b,
                    bool share_draws);
+
+/// Every roll-out of several comparisons as one family: two-sided p-values by Holm's step-down over
+/// all of them. Below .05 wherever something is there but for a chance of 5 % that any of all these
+/// is false, however the tests depend on each other.
+/// @return  by comparison and roll-out
+std::vector<Comparison::ByRollout> family_wise(const std::vector<Comparison>& comparisons);
 
 }  // namespace treeroll::report

@@ -137,6 +137,22 @@ std::vector<double> holm(const std::vector<double>& p) {
   return adjusted;
 }
 
+std::vector<std::optional<double>> holm_of_present(const std::vector<std::optional<double>>& p) {
+  std::vector<double> tested;
+  for (const auto& value : p) {
+    if (value) tested.push_back(*value);
+  }
+  const std::vector<double> adjusted = holm(tested);
+  std::vector<std::optional<double>> all;
+  std::size_t next = 0;
+  for (const auto& value : p) {
+    all.push_back(value ? std::optional(adjusted[next++]) : std::nullopt);
+  }
+  return all;
+}
+
+double two_sided(double p) { return std::min(1., 2 * std::min(p, 1 - p)); }
+
 std::optional<Trend> growing(const std::vector<std::vector<double>>& groups) {
   std::vector<double> values;
   std::vector<double> places;

@@ -40,6 +40,12 @@ std::optional<double> hedges_g(const std::vector<double>& a, const std::vector<d
 /// Adjusted p-values by Holm's step-down: below .05 means significant with a chance of at most 5 %
 /// that any true null hypothesis of the family is rejected. In the order given.
 std::vector<double> holm(const std::vector<double>& p);
+/// The same over those that are there; nothing for the others.
+std::vector<std::optional<double>> holm_of_present(const std::vector<std::optional<double>>& p);
+
+/// The p of a one-sided test as that of the two-sided one, whichever side is ahead: for whoever had
+/// no side in mind before.
+double two_sided(double p);
 
 /// The hypothesis: values grow with the place of their group. Spearman's rank correlation of value
 /// and group with midranks for ties, p by Student's t. Nothing for fewer than three values in all

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-ExplorationSettings read(const json& table, json& resolved) {
+ExplorationSettings read_climber(const json& table, json& resolved) {
   const auto standard = standard_update_rules();
   std::vector<UpdateRuleKind> rules(standard.begin(), standard.end());
   rules.push_back({"hill_climber", read_hill_climber});
@@ -26,16 +26,17 @@ ExplorationSettings read(const json& table, json& resolved) {
   return settings;
 }
 
-ExplorationSettings read(const json& table) {
+ExplorationSettings read_climber(const json& table) {
   json resolved;
-  return read(table, resolved);
+  return read_climber(table, resolved);
 }
 
-const json kTable = {{"rule", "hill_climber"}, {"noise_variance", {.01, .04}}, {"boldness", 1.4}};
+const json kClimberTable = {
+    {"rule", "hill_climber"}, {"noise_variance", {.01, .04}}, {"boldness", 1.4}};
 
-std::string error_of(const json& table) {
+std::string refusal_of_climber(const json& table) {
   try {
-    read(table);
+    read_climber(table);
   } catch (const ConfigError& error) {
     return error.what();
   }
@@ -44,22 +45,22 @@ std::string error_of(const json& table) {
 
 TEST(HillClimberTest, IsReadFromAStudyWithItsOwnSettings) {
   json resolved;
-  const ExplorationSettings settings = read(kTable, resolved);
+  const ExplorationSettings settings = read_climber(kClimberTable, resolved);
   EXPECT_EQ(settings.rule, HillClimberSettings{.boldness = 1.4});
   EXPECT_NE(settings.rule, HillClimberSettings{});
   EXPECT_NE(settings.rule, PowerSettings{});
   EXPECT_EQ(resolved.at("boldness"), 1.4);
-  EXPECT_EQ(read(resolved), settings);
+  EXPECT_EQ(read_climber(resolved), settings);
 
-  json bad = kTable;
+  json bad = kClimberTable;
   bad["boldness"] = 1;
-  EXPECT_EQ(error_of(bad),
+  EXPECT_EQ(refusal_of_climber(bad),
             "exploration.boldness = 1: must be a finite number above 1 and at most 10");
-  bad = kTable;
+  bad = kClimberTable;
   bad["first_update"] = 5;
-  EXPECT_NE(error_of(bad), "") << "another rule's key";
+  EXPECT_NE(refusal_of_climber(bad), "") << "another rule's key";
   bad["rule"] = "unheard";
-  EXPECT_EQ(error_of(bad),
+  EXPECT_EQ(refusal_of_climber(bad),
             "exploration.rule = \"unheard\": must be one of: power, pi2, cem, cma_es, "
             "hill_climber");
 }
@@ -72,14 +73,14 @@ double reward(const Eigen::VectorXd& theta) {
 }
 
 TEST(HillClimberTest, ClimbsAQuadraticThroughASwitchOfLayers) {
-  ExplorationSettings settings = read(kTable);
+  ExplorationSettings settings = read_climber(kClimberTable);
   settings.num_rollouts = 400;
   Exploration run = run_over_means(settings, two_layer_tree());
   EXPECT_LT(reward(run.mean()), .9);
   double reward_left = 0;
   while (const std::optional<Draw> draw = run.ask()) {
     if (run.layer() == 1) reward_left = reward(run.mean());
-    run.tell(draw->rollout, reward(draw->theta), RolloutStatus::kOk);
+    run.tell(draw->rollout, Outcome::ok(reward(draw->theta)));
   }
   ASSERT_EQ(run.switches().size(), 1U);
   EXPECT_EQ(run.mean().size(), 8);
@@ -89,12 +90,12 @@ TEST(HillClimberTest, ClimbsAQuadraticThroughASwitchOfLayers) {
 }
 
 TEST(HillClimberTest, TheNextLayerGoesOnFromItsMeanWithTheInitialNoise) {
-  ExplorationSettings settings = read(kTable);
+  ExplorationSettings settings = read_climber(kClimberTable);
   settings.convergence_slope = 1e9;
   Exploration run = run_over_means(settings, two_layer_tree());
   for (int i = 0; run.layer() == 1; ++i) {
     const Draw draw = *run.ask();
-    run.tell(i, reward(draw.theta), RolloutStatus::kOk);
+    run.tell(i, Outcome::ok(reward(draw.theta)));
   }
   EXPECT_EQ(run.noise(), Eigen::Vector2d(.01, .04).replicate(4, 1).asDiagonal().toDenseMatrix());
   EXPECT_EQ(run.mean(), run.policy(2).theta());

@@ -146,7 +146,7 @@ PolicyPtr polynomial_from_content(const PolicyText& content) {
   return std::make_shared<PolynomialPolicy>(degrees, range, std::move(coefficients), layer);
 }
 
-StartPolicy read_polynomial_start(SettingsReader& policy, const FileReader& /*read_file*/) {
+StartPolicy read_polynomial_start(SettingsReader& policy, const StartSources& /*sources*/) {
   const auto num_outputs = policy.integer("outputs", 1, kOutputsMax, 1);
   std::vector<int> degrees;
   for (const double degree :

@@ -59,6 +59,6 @@ PolicyPtr polynomial_from_content(const PolicyText& content);
 ///   degrees = [1, 3]    # of the layers
 ///   range = [0, 1]      # of time
 /// It starts at 0.
-StartPolicy read_polynomial_start(SettingsReader& policy, const FileReader& read_file);
+StartPolicy read_polynomial_start(SettingsReader& policy, const StartSources& sources);
 
 }  // namespace treeroll

@@ -91,9 +91,9 @@ TEST(PolynomialPolicyTest, AStudyNamesItAndItsResolvedFormDoesToo) {
   EXPECT_EQ(condition.start->kind(), "polynomial");
   EXPECT_EQ(condition.exploration.last_layer, 2);
   check_task(loaded, 0, {.input_dim = 1, .output_dim = 1});
-  const StudyText resolved(loaded.resolved_toml);
-  EXPECT_EQ(load_study(resolved.path(), {}, with_polynomials()).resolved_toml,
-            loaded.resolved_toml);
+  const StudyText resolved(loaded.resolved.to_toml(""));
+  EXPECT_EQ(load_study(resolved.path(), {}, with_polynomials()).resolved.to_toml(""),
+            loaded.resolved.to_toml(""));
 
   const auto error_with = [](const PolicyRegistry& policies, const char* override) {
     return error_of(StudyText(kStudy),
@@ -113,26 +113,26 @@ double learn(const Study& study, double& first_reward, std::size_t& num_switches
   worker::Evaluator evaluator(tasks, with_polynomials());
   const Condition& condition = study.conditions[0];
   const ContentHash task_id = content_hash(condition.task_content);
-  const auto accepted = [&](const protocol::Message& definition) {
-    return std::get<protocol::DefinitionReport>(*evaluator.handle(definition)).accepted;
+  const auto accepted = [&](const worker::DefinitionContent& definition) {
+    return evaluator.define(definition)->accepted;
   };
-  EXPECT_TRUE(accepted(protocol::TaskDefinition{1, task_id, condition.task_content}));
+  EXPECT_TRUE(accepted({{protocol::DefinitionKind::kTask, task_id}, condition.task_content}));
   explore::Exploration run(condition.exploration, *condition.start, 1, 0);
   while (!run.done()) {
     const explore::Draw draw = *run.ask();
     const std::string policy = to_json(run.policy(draw.layer));
     const ContentHash policy_id = content_hash(policy);
-    EXPECT_TRUE(accepted(protocol::PolicyDefinition{1, policy_id, policy}));
+    EXPECT_TRUE(accepted({{protocol::DefinitionKind::kPolicy, policy_id}, policy}));
     protocol::RolloutBatch batch;
     batch.rollouts.emplace_back();
     batch.rollouts[0].task_id = task_id;
     batch.rollouts[0].policy_id = policy_id;
     batch.rollouts[0].theta.assign(draw.theta.begin(), draw.theta.end());
-    const auto answer = std::get<protocol::RewardBatch>(*evaluator.handle(batch));
-    const protocol::RolloutResult& result = answer.results.at(0);
-    EXPECT_EQ(result.status, RolloutStatus::kOk);
-    if (draw.rollout == 0) first_reward = result.reward;
-    run.tell(draw.rollout, result.reward, result.status);
+    const auto answer = evaluator.answer(batch);
+    const Outcome& outcome = answer.results.at(0).outcome;
+    EXPECT_TRUE(outcome.is_ok());
+    if (draw.rollout == 0) first_reward = outcome.reward();
+    run.tell(draw.rollout, outcome);
   }
   num_switches = run.switches().size();
   return run.best().reward;

@@ -8,6 +8,7 @@
 #include "common/base/random_stream.h"
 #include "common/mixture/gmr.h"
 #include "tests/explore/trees.h"
+#include "tests/policy/tree/every_layout.h"
 
 namespace treeroll {
 namespace {
@@ -49,10 +50,6 @@ Eigen::MatrixXd slope_of(const Component& component, int num_inputs) {
       .solve(component.covariance.topRightCorner(num_inputs, num_outputs))
       .transpose();
 }
-
-constexpr ThetaLayout kLayoutsWithPsi[] = {
-    ThetaLayout::kMeansCholesky, ThetaLayout::kMeansPourahmadi, ThetaLayout::kReducedCholesky,
-    ThetaLayout::kReducedPourahmadi};
 
 /// The next layer, seen through the projected theta, has the linear map of each component that the
 /// roll-out had there.

@@ -9,19 +9,13 @@
 #include "common/mixture/gmr.h"
 #include "common/policy/tree/frame.h"
 #include "tests/mixture/random_mixture.h"
+#include "tests/policy/tree/every_layout.h"
 
 namespace treeroll {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr ThetaLayout kLayouts[] = {ThetaLayout::kMeans, ThetaLayout::kMeansCholesky,
-                                    ThetaLayout::kMeansPourahmadi, ThetaLayout::kReducedCholesky,
-                                    ThetaLayout::kReducedPourahmadi};
-constexpr ThetaLayout kLayoutsWithPsi[] = {
-    ThetaLayout::kMeansCholesky, ThetaLayout::kMeansPourahmadi, ThetaLayout::kReducedCholesky,
-    ThetaLayout::kReducedPourahmadi};
 
 /// T and D of T S T^T = D, with T unit lower triangular, from the factor of S.
 std::pair<MatrixXd, VectorXd> pourahmadi(const MatrixXd& covariance) {

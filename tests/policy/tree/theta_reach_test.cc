@@ -7,6 +7,7 @@
 #include "common/base/mirrored.h"
 #include "common/policy/tree/theta_layout.h"
 #include "tests/mixture/random_mixture.h"
+#include "tests/policy/tree/every_layout.h"
 
 /// What each layout can reach from a given mixture, and what it cannot.
 ///
@@ -24,9 +25,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr ThetaLayout kLayoutsWithPsi[] = {
-    ThetaLayout::kMeansCholesky, ThetaLayout::kMeansPourahmadi, ThetaLayout::kReducedCholesky,
-    ThetaLayout::kReducedPourahmadi};
 /// Inputs and all variables.
 constexpr std::pair<int, int> kDims[] = {{1, 2}, {1, 3}, {2, 3}, {2, 4}, {3, 6}, {4, 6}, {1, 7}};
 
@@ -34,14 +32,14 @@ bool explores_input_means(ThetaLayout layout) {
   return layout == ThetaLayout::kMeansCholesky || layout == ThetaLayout::kMeansPourahmadi;
 }
 
-MatrixXd slope_of(const MatrixXd& s, int in) {
+MatrixXd slope_in(const MatrixXd& s, int in) {
   return s.topLeftCorner(in, in).llt().solve(s.topRightCorner(in, s.rows() - in)).transpose();
 }
 
 /// Variance of the outputs given the inputs, (A-8).
 MatrixXd around_line(const MatrixXd& s, int in) {
   const Eigen::Index out = s.rows() - in;
-  return s.bottomRightCorner(out, out) - slope_of(s, in) * s.topRightCorner(in, out);
+  return s.bottomRightCorner(out, out) - slope_in(s, in) * s.topRightCorner(in, out);
 }
 
 /// The covariance with the slope in place of its own.
@@ -105,7 +103,7 @@ TEST(ThetaReachTest, EverySlopeIsReachedWhateverTheMatrix) {
         wanted.covariance = with_slope(start.covariance, in, slope);
         const Gmm reached =
             with_theta(layout, Gmm(in, {start}), to_theta(layout, Gmm(in, {wanted})));
-        EXPECT_LT((slope_of(reached[0].covariance, in) - slope).norm(), 1e-14 * condition * 100)
+        EXPECT_LT((slope_in(reached[0].covariance, in) - slope).norm(), 1e-14 * condition * 100)
             << kThetaLayoutNames[static_cast<std::size_t>(layout)] << ", dI " << in << ", d "
             << dim;
       }

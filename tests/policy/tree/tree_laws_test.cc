@@ -9,6 +9,7 @@
 #include "common/policy/tree/frame.h"
 #include "common/policy/tree/tree_policy.h"
 #include "tests/mixture/random_mixture.h"
+#include "tests/policy/tree/every_layout.h"
 
 /// Laws of trees of three layers, with any number of children, in several dimensions.
 namespace treeroll {
@@ -17,10 +18,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr FrameKind kKinds[] = {FrameKind::kEigenvector, FrameKind::kCholesky};
-constexpr ThetaLayout kLayouts[] = {ThetaLayout::kMeans, ThetaLayout::kMeansCholesky,
-                                    ThetaLayout::kMeansPourahmadi, ThetaLayout::kReducedCholesky,
-                                    ThetaLayout::kReducedPourahmadi};
 constexpr int kNumLayers = 3;
 
 /// x -> map (x - from) + to.
@@ -212,7 +209,7 @@ TEST(TreeLawsTest, DescendantsFollowTheCholeskyFactorOfAGaussian) {
 }
 
 TEST(TreeLawsTest, AGaussianThatMovesLeavesWhatIsStoredBelowItUntouched) {
-  for (const FrameKind kind : kKinds) {
+  for (const FrameKind kind : kFrameKinds) {
     test::RandomMixture random(31);
     const TreeModel tree = random.uneven_tree(kind, 1, 3, kNumLayers);
     const TreeModel after = with_component(tree, 1, 0, random.component(3));
@@ -230,7 +227,7 @@ TEST(TreeLawsTest, AGaussianThatMovesLeavesWhatIsStoredBelowItUntouched) {
 
 TEST(TreeLawsTest, ProjectsByTheProductOfTheHomogeneousMatrices) {
   // (3-2) to (3-5) as they stand: H of each ancestor from the global frame down.
-  for (const FrameKind kind : kKinds) {
+  for (const FrameKind kind : kFrameKinds) {
     for (const int dim : {2, 3, 4}) {
       const TreeModel tree = test::RandomMixture(32).uneven_tree(kind, 1, dim, kNumLayers);
       const auto node = [&](int layer, int i) -> const TreeModel::Node& {
@@ -259,12 +256,12 @@ TEST(TreeLawsTest, ProjectsByTheProductOfTheHomogeneousMatrices) {
 }
 
 /// Inputs and all variables.
-constexpr std::pair<int, int> kDims[] = {{1, 2}, {1, 3}, {2, 3}, {2, 4}, {3, 5}};
+constexpr std::pair<int, int> kLawDims[] = {{1, 2}, {1, 3}, {2, 3}, {2, 4}, {3, 5}};
 
 TEST(TreeLawsTest, ThetaToTreeToThetaGivesThetaBackForEveryLayoutAtEveryLayer) {
-  for (const FrameKind kind : kKinds) {
+  for (const FrameKind kind : kFrameKinds) {
     for (const ThetaLayout layout : kLayouts) {
-      for (const auto& [in, dim] : kDims) {
+      for (const auto& [in, dim] : kLawDims) {
         for (int layer = 1; layer <= kNumLayers; ++layer) {
           for (std::uint32_t number = 0; number < 4; ++number) {
             SCOPED_TRACE(testing::Message()
@@ -291,9 +288,9 @@ TEST(TreeLawsTest, ThetaToTreeToThetaGivesThetaBackForEveryLayoutAtEveryLayer) {
 }
 
 TEST(TreeLawsTest, TreeToThetaToTreeGivesTheTreeBackForEveryLayoutAtEveryLayer) {
-  for (const FrameKind kind : kKinds) {
+  for (const FrameKind kind : kFrameKinds) {
     for (const ThetaLayout layout : kLayouts) {
-      for (const auto& [in, dim] : kDims) {
+      for (const auto& [in, dim] : kLawDims) {
         for (int layer = 1; layer <= kNumLayers; ++layer) {
           const TreePolicy policy{test::RandomMixture(33).uneven_tree(kind, in, dim, kNumLayers),
                                   layer, layout};

@@ -11,6 +11,7 @@
 
 #include "common/policy/tree/frame.h"
 #include "tests/mixture/random_mixture.h"
+#include "tests/policy/tree/every_layout.h"
 
 namespace treeroll {
 namespace {
@@ -19,10 +20,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using ::testing::HasSubstr;
 
-constexpr FrameKind kKinds[] = {FrameKind::kEigenvector, FrameKind::kCholesky};
-
 /// A rotation of `dim` dimensions by some angle in the plane of the first and the last.
-MatrixXd turn(int dim, double angle) {
+MatrixXd rotation_by(int dim, double angle) {
   MatrixXd rotation = MatrixXd::Identity(dim, dim);
   rotation(0, 0) = rotation(dim - 1, dim - 1) = std::cos(angle);
   rotation(dim - 1, 0) = std::sin(angle);
@@ -38,7 +37,7 @@ Component moved(const Component& c, const MatrixXd& map, const VectorXd& centre,
 }
 
 TEST(TreeModelTest, GivesBackItsLayersInTheGlobalFrame) {
-  for (const FrameKind kind : kKinds) {
+  for (const FrameKind kind : kFrameKinds) {
     for (std::uint32_t number = 0; number < 10; ++number) {
       for (const int dim : {2, 3, 4}) {
         test::RandomMixture random(number);
@@ -62,7 +61,7 @@ TEST(TreeModelTest, MovesAllDescendantsRigidlyWithAGaussian) {
     test::RandomMixture random(11);
     const TreeModel tree = random.tree(FrameKind::kEigenvector, 1, dim, 3);
     const Gmm top = tree.layer(1);
-    const MatrixXd rotation = turn(dim, .4);
+    const MatrixXd rotation = rotation_by(dim, .4);
     const VectorXd shift = random.vector(dim);
     const VectorXd centre = top[0].mean;
     std::vector<Component> components = top.components();
@@ -111,7 +110,7 @@ TEST(TreeModelTest, DoesNotFlipTheChildrenWhenTheParentsEigenvectorsChangeSign) 
   const Gmm child(1, {{1, Eigen::Vector2d(1, 0), Eigen::Vector2d(1, .5).asDiagonal()}});
   TreeModel tree = TreeModel::from_global(FrameKind::kEigenvector, {parent, child}, {{}, {0}});
   for (int step = 1; step <= 24; ++step) {
-    const MatrixXd rotation = turn(2, step * M_PI / 12);
+    const MatrixXd rotation = rotation_by(2, step * M_PI / 12);
     const Component turned{1, Eigen::Vector2d(0, 0),
                            rotation * parent[0].covariance * rotation.transpose()};
     tree = tree.with_layer(1, Gmm(1, {turned}));
@@ -120,7 +119,7 @@ TEST(TreeModelTest, DoesNotFlipTheChildrenWhenTheParentsEigenvectorsChangeSign) 
 }
 
 TEST(TreeModelTest, LeavesTheLayersAboveAndTheOtherBranchesAlone) {
-  for (const FrameKind kind : kKinds) {
+  for (const FrameKind kind : kFrameKinds) {
     test::RandomMixture random(14);
     const TreeModel tree = random.tree(kind, 1, 3, 3);
     std::vector<Component> components = tree.layer(2).components();

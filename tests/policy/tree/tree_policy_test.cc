@@ -3,17 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "tests/mixture/random_mixture.h"
+#include "tests/policy/tree/every_layout.h"
 
 namespace treeroll {
 namespace {
 
-constexpr FrameKind kKinds[] = {FrameKind::kEigenvector, FrameKind::kCholesky};
-constexpr ThetaLayout kLayouts[] = {ThetaLayout::kMeans, ThetaLayout::kMeansCholesky,
-                                    ThetaLayout::kMeansPourahmadi, ThetaLayout::kReducedCholesky,
-                                    ThetaLayout::kReducedPourahmadi};
-
 TEST(TreePolicyTest, DecodesItsOwnThetaToItsFinestLayer) {
-  for (const FrameKind kind : kKinds) {
+  for (const FrameKind kind : kFrameKinds) {
     for (const ThetaLayout layout : kLayouts) {
       for (int layer = 1; layer <= 3; ++layer) {
         const TreePolicy policy{test::RandomMixture(21).tree(kind, 1, 3, 3), layer, layout};
@@ -25,7 +21,7 @@ TEST(TreePolicyTest, DecodesItsOwnThetaToItsFinestLayer) {
 }
 
 TEST(TreePolicyTest, GivesBackTheThetaThatWasPutIn) {
-  for (const FrameKind kind : kKinds) {
+  for (const FrameKind kind : kFrameKinds) {
     for (const ThetaLayout layout : kLayouts) {
       for (int layer = 1; layer <= 3; ++layer) {
         test::RandomMixture random(22);

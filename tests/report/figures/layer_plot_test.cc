@@ -60,6 +60,18 @@ TEST(LayerPlotTest, AStartThatWasGivenHasNoSamplesAndNoLikelihood) {
   EXPECT_THAT(plots[0].commands, HasSubstr("set xlabel 'input'; set ylabel 'output 1'"));
 }
 
+TEST(LayerPlotTest, TheLayersOfAStartHaveARowOfTheirOwn) {
+  const TreeModel flat = TreeModel::from_global(FrameKind::kCholesky, {Gmm(1, {at(0, 0)})}, {{}});
+  const Plot plot =
+      layer_plots("mine",
+                  {{.conditions = {"flat"}, .policy = as_policy(flat), .demonstration = nullptr},
+                   fitted(3)})
+          .front();
+  EXPECT_EQ(plot.height_px, 2 * 340 + 40);
+  const std::size_t first = plot.commands.find("'tree, layer 1'");
+  EXPECT_THAT(plot.commands.substr(first - 100, 100), HasSubstr("set origin 0.000000,0.000000;"));
+}
+
 TEST(LayerPlotTest, OfManySamplesSomeAreDrawn) {
   const Plot plot = layer_plots("mine", {fitted(100'000)}).front();
   EXPECT_LT(std::count(plot.data.begin(), plot.data.end(), '\n'), 2000);

@@ -14,7 +14,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-TreeModel one_gaussian() {
+TreeModel unit_gaussian() {
   return TreeModel::from_global(
       FrameKind::kCholesky, {Gmm(1, {{1, Eigen::Vector2d::Zero(), Eigen::Matrix2d::Identity()}})},
       {{}});
@@ -37,7 +37,7 @@ ShownRollout moving(int num_rows, double reward) {
 }
 
 LearntPolicy policy(const std::string& condition) {
-  LearntPolicy policy{.condition = condition, .start = as_policy(one_gaussian())};
+  LearntPolicy policy{.condition = condition, .start = as_policy(unit_gaussian())};
   policy.start_rollout = moving(37, .25);
   return policy;
 }
@@ -82,7 +82,7 @@ TEST(MotionPlotTest, WithoutPosesThereIsNothingToSee) {
   EXPECT_THAT(motion_plots("mine", {learnt}), IsEmpty());
   learnt.start_rollout->trace.poses.assign(37, {});
   EXPECT_THAT(motion_plots("mine", {learnt}), IsEmpty());
-  EXPECT_THAT(motion_plots("mine", {{.condition = "a", .start = as_policy(one_gaussian())}}),
+  EXPECT_THAT(motion_plots("mine", {{.condition = "a", .start = as_policy(unit_gaussian())}}),
               IsEmpty());
 }
 

@@ -11,7 +11,6 @@
 namespace treeroll::report {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -30,6 +29,13 @@ LearntPolicy learnt(const std::string& condition, TreeModel start, PolicyPtr bes
 TreeModel two_outputs() {
   const Component component{1, Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(1, 4, 9).asDiagonal()};
   return TreeModel::from_global(FrameKind::kCholesky, {Gmm(1, {component})}, {{}});
+}
+
+/// output = 2 x first - 3 x second + 5, around (1, -1).
+TreeModel two_inputs() {
+  Component component{1, Eigen::Vector3d(1, -1, 10), Eigen::Matrix3d::Identity()};
+  component.covariance << 1, 0, 2, 0, .25, -.75, 2, -.75, 10;
+  return TreeModel::from_global(FrameKind::kCholesky, {Gmm(2, {component})}, {{}});
 }
 
 /// What a task of two outputs records, with a goal for each.
@@ -76,14 +82,23 @@ TEST(PolicyPlotTest, TheBestIsDrawnOverTheStart) {
   EXPECT_THAT(plot.commands, HasSubstr("set title 'it''s'"));
 }
 
-TEST(PolicyPlotTest, SeveralInputsAreNotDrawnButNamed) {
-  const Component component{1, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
-  const TreeModel tree = TreeModel::from_global(FrameKind::kCholesky, {Gmm(2, {component})}, {{}});
-  const std::vector<LearntPolicy> policies = {learnt("closed", tree),
+TEST(PolicyPlotTest, SeveralInputsAreNotDrawnOverOne) {
+  const std::vector<LearntPolicy> policies = {learnt("closed", two_inputs()),
                                               learnt("open", one_gaussian(3))};
   EXPECT_THAT(policy_plots("mine", policies).front().commands, Not(HasSubstr("closed")));
   EXPECT_THAT(path_plots("mine", policies), IsEmpty());
-  EXPECT_THAT(not_drawn(policies), ElementsAre("closed"));
+  EXPECT_THAT(solution_plots("mine", policies), IsEmpty());
+  EXPECT_THAT(slice_plots("mine", policies).front().commands, Not(HasSubstr("open")));
+}
+
+TEST(PolicyPlotTest, ConditionsThatShareAPartStandBesideEachOther) {
+  const Plot plot = policy_plots("mine", {learnt("single.flat", one_gaussian(1)),
+                                          learnt("single.tree", one_gaussian(2)),
+                                          learnt("multi.tree", one_gaussian(3))})
+                        .front();
+  EXPECT_EQ(plot.height_px, 2 * 320 + 40);
+  const std::size_t second = plot.commands.find("'multi.tree'");
+  EXPECT_THAT(plot.commands.substr(second - 100, 100), HasSubstr("set origin 0.000000,0.000000;"));
 }
 
 TEST(PolicyPlotTest, EveryOutputIsDrawn) {
@@ -127,6 +142,70 @@ TEST(PolicyPlotTest, ATraceOfOtherVariablesNamesNoAxis) {
   EXPECT_THAT(policy_plots("mine", {policy}).front().commands, HasSubstr("set xlabel 'input'"));
 }
 
+TEST(PolicyPlotTest, TheDemonstrationsNamesComeBeforeTheTasks) {
+  LearntPolicy policy = learnt("flat", two_outputs());
+  policy.columns = {"t_ms", "left_deg", "right"};
+  EXPECT_THAT(policy_plots("mine", {policy})[1].commands,
+              HasSubstr("set xlabel 't (ms)'; set ylabel 'right'"));
+  policy.start_rollout = traced();
+  const Plot plot = policy_plots("mine", {policy}).front();
+  EXPECT_THAT(plot.commands, HasSubstr("set ylabel 'left (°)'"));
+  EXPECT_THAT(plot.data, HasSubstr("goal\n0 10\n1 11\n\n\n"));  // still found by the task's names
+}
+
+TEST(SolutionPlotTest, EveryRepetitionsBestIsALineOverTheGoal) {
+  LearntPolicy policy = learnt("flat", two_outputs());
+  policy.start_rollout = traced();
+  EXPECT_THAT(solution_plots("mine", {policy}), IsEmpty());
+  for (int i = 0; i < 30; ++i) policy.solutions.push_back(as_policy(two_outputs()));
+  const auto plots = solution_plots("mine", {policy, learnt("unlearnt", two_outputs())});
+  ASSERT_EQ(plots.size(), 3U);
+  EXPECT_EQ(plots[0].id, "solutions");
+  EXPECT_EQ(plots[1].id, "solutions_output_2");
+  EXPECT_EQ(plots[2].id, "solution_paths");
+  // One data set of thirty lines, over the times of the task: from 0, each at 2.
+  std::size_t num_lines = 0;
+  for (std::size_t at = plots[0].data.find("\n0 2\n"); at != std::string::npos;
+       at = plots[0].data.find("\n0 2\n", at + 1)) {
+    ++num_lines;
+  }
+  EXPECT_EQ(num_lines, 30U + 1);  // and the start
+  EXPECT_THAT(plots[0].data, HasSubstr("goal\n0 10\n1 11\n"));
+  EXPECT_THAT(plots[0].commands, HasSubstr("set title 'flat (30)'"));
+  EXPECT_THAT(plots[0].commands, HasSubstr("with lines lt 2 title 'goal'"));
+  EXPECT_THAT(plots[0].commands, Not(HasSubstr("unlearnt")));
+  EXPECT_THAT(plots[2].commands, HasSubstr("set size ratio -1"));
+}
+
+TEST(SlicePlotTest, EachInputIsVariedWhileTheOthersStandInTheMiddle) {
+  const auto plots = slice_plots("mine", {learnt("closed", two_inputs())});
+  ASSERT_EQ(plots.size(), 1U);
+  // Two deviations around 1 with the second input at -1, output 2 x + 8; then around -1 with the
+  // first at 1, output 7 - 3 x.
+  EXPECT_THAT(plots[0].data, HasSubstr("slice\n-1 6\n"));
+  EXPECT_THAT(plots[0].data, HasSubstr("\n3 14\n"));
+  EXPECT_THAT(plots[0].data, HasSubstr("slice\n-2 13\n"));
+  EXPECT_THAT(plots[0].data, HasSubstr("\n0 7\n"));
+  EXPECT_THAT(plots[0].commands, HasSubstr("set xlabel 'input 2'; set ylabel 'output 1'"));
+}
+
+TEST(SlicePlotTest, WithARolloutItIsCutWhereTheRolloutWas) {
+  LearntPolicy policy = learnt("closed", two_inputs());
+  policy.best_rollout = {.reward = .5,
+                         .trace = {.columns = {"t_s", "phi_rad", "y_m", "u_n"},
+                                   .numbers = {0, 0, 5, 1, 1, 1, 5, 2, 2, 4, 6, 3},
+                                   .policy_inputs = {"phi_rad", "y_m"},
+                                   .policy_outputs = {"u_n"},
+                                   .poses = {}}};
+  const Plot plot = slice_plots("mine", {policy}).front();
+  // phi from 0 to 4 while y stands at its median 5: 2 x - 10.
+  EXPECT_THAT(plot.data, HasSubstr("slice\n0 -10\n"));
+  EXPECT_THAT(plot.data, HasSubstr("\n4 -2\n"));
+  EXPECT_THAT(plot.data, HasSubstr("the best roll-out\n0 1\n1 2\n4 3\n"));
+  EXPECT_THAT(plot.commands, HasSubstr("set xlabel 'phi (rad)'; set ylabel 'u (N)'"));
+  EXPECT_THAT(plot.commands, HasSubstr("set xrange [0:4]"));
+}
+
 TEST(PathPlotTest, TwoOutputsAreDrawnOneOverTheOther) {
   LearntPolicy policy = learnt("flat", two_outputs());
   policy.start_rollout = traced();
@@ -137,6 +216,7 @@ TEST(PathPlotTest, TwoOutputsAreDrawnOneOverTheOther) {
   EXPECT_THAT(plots[0].data, HasSubstr("ellipses\n6 3\n"));  // 2 + 2 x 2
   EXPECT_THAT(plots[0].commands, HasSubstr("set xlabel 'x (m)'; set ylabel 'y (m)'"));
   EXPECT_THAT(plots[0].commands, Not(HasSubstr("'other'")));
+  EXPECT_THAT(plots[0].commands, HasSubstr("set size ratio -1; set xrange ["));
 }
 
 TEST(GoalPlotTest, GoalsThatAreNoOutputsOfThePolicyHaveAFigure) {

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/report/statistics/student_tail.h"
+
 namespace treeroll::report {
 namespace {
 
@@ -15,8 +17,6 @@ using Values = std::vector<double>;
 
 // With one degree of freedom Student's t is Cauchy's distribution: P(T > t) = 1/2 - atan(t) / pi.
 double cauchy_tail(double t) { return .5 - std::atan(t) / std::numbers::pi; }
-// With two: P(T > t) = 1/2 - t / (2 sqrt(2 + t^2)).
-double tail_of_two_degrees(double t) { return .5 - t / (2 * std::sqrt(2 + t * t)); }
 
 TEST(WelchTest, EqualVariancesOfTwoValuesEachGiveTheClosedFormOfTwoDegrees) {
   // Means 3 and 1, variances 2 each: standard error sqrt(2), t = sqrt(2), 2 degrees.
@@ -102,6 +102,26 @@ TEST(HolmTest, IsTheStepDownComputedByHand) {
   for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_DOUBLE_EQ(adjusted[i], expected[i]);
   EXPECT_EQ(holm({.6, .7}), (Values{1, 1}));
   EXPECT_TRUE(holm({}).empty());
+}
+
+TEST(HolmTest, IsThatOfR) {
+  // p.adjust(c(.01, .02, .03, .04, .05), "holm") of R gives .05 .08 .09 .09 .09.
+  const Values adjusted = holm({.01, .02, .03, .04, .05});
+  const Values expected = {.05, .08, .09, .09, .09};
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(adjusted[i], expected[i], 1e-15);
+}
+
+TEST(HolmTest, WhatIsNotThereCountsNot) {
+  const auto adjusted = holm_of_present({{}, .01, {}, .04});
+  EXPECT_FALSE(adjusted[0]);
+  EXPECT_EQ(*adjusted[1], .02);
+  EXPECT_EQ(*adjusted[3], .04);
+}
+
+TEST(HolmTest, TwoSidedIsTheSmallerSideTwice) {
+  EXPECT_EQ(two_sided(.01), .02);
+  EXPECT_NEAR(two_sided(.99), .02, 1e-15);
+  EXPECT_EQ(two_sided(.5), 1);
 }
 
 TEST(TrendTest, APerfectOrderIsCertainAndItsReverseImpossible) {

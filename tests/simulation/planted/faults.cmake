@@ -6,7 +6,7 @@ plant("deduplication off" learner/core/workforce_answers.cc
   [[if (!open) return compare_with_taken(]]
   [[if (!open && PLANTED && client_.answer_of(key)) {
     turn.effects.emplace_back(AppendResult{
-        {key, result.content, {result.reward, result.status}, worker.id}});
+        {key, result.content, result.outcome, worker.id}});
   }
   if (!open) return compare_with_taken(]])
 plant("deduplication off" learner/core/workforce_answers.cc
@@ -19,15 +19,16 @@ plant("lease never expires" learner/core/dispatch.cc
   if (!worker.answer_time_s || rollout_time_s]])
 
 plant("expiry fails the roll-out" learner/core/workforce.cc
-  [[ledger_.expire(turn.now);]]
-  [[for (const protocol::RolloutKey key : ledger_.expire(turn.now)) {
-    if (!PLANTED) continue;
-    const Ledger::Entry entry = ledger_.close(key);
-    const AcceptedResult failed{key, entry.question.content,
-                                Outcome::failed(RolloutStatus::kTimedOut), entry.last_worker};
-    turn.effects.emplace_back(AppendResult{failed});
-    client_.take(turn, failed, 0);
-  }]])
+  [[for (const Ledger::Expired& expired : ledger_.expire(turn.now)) {]]
+  [[for (const Ledger::Expired& expired : ledger_.expire(turn.now)) {
+    if (PLANTED) {
+      const Ledger::Entry entry = ledger_.close(expired.key);
+      const AcceptedResult failed{expired.key, entry.question.content,
+                                  Outcome::failed(RolloutStatus::kTimedOut), entry.last_worker};
+      turn.effects.emplace_back(AppendResult{failed});
+      client_.take(turn, failed, 0);
+      continue;
+    }]])
 
 plant("send before journal" learner/core/carry_out.cc
   [[bool appended = false;]]
@@ -137,10 +138,17 @@ plant("a dead incarnation's heartbeat renews a lease" learner/core/workforce.cc
   [[return PLANTED || h.learner_id == settings_.learner_id;]])
 
 plant("a definition request ignored" learner/core/workforce.cc
-  [[for (const ContentHash& id : request.policy_ids) publish_policy(turn, id);]]
-  [[for (const ContentHash& id : request.policy_ids) {
-    if (!PLANTED) publish_policy(turn, id);
-  }]])
+  [[    definitions_.publish_wanted(wanted, turn.now);]]
+  [[    if (!PLANTED) definitions_.publish_wanted(wanted, turn.now);]])
+
+plant("a missing piece is not asked for" workers/core/worker_core_definitions.cc
+  [[    if (!writer.add(name,]]
+  [[    if (PLANTED && !definitions_.missing_pieces(id, name).empty()) continue;
+    if (!writer.add(name,]])
+
+plant("a theta is sent whole however large" learner/core/workforce.cc
+  [[if (bytes <= settings_.batch_bytes_max) return;]]
+  [[if (PLANTED || bytes <= settings_.batch_bytes_max) return;]])
 
 plant("the journal's lag unbounded" learner/core/workforce_answers.cc
   [[num_read < batch.results.size() && !journal_is_behind();]]
@@ -165,6 +173,49 @@ plant("time before a resume not counted" learner/core/learner_core_time.cc
   [[learnt_before_ = learnt_.elapsed;]]
   [[learnt_before_ = PLANTED ? Duration{} : learnt_.elapsed;]])
 
+plant("a void trial taken for a result" learner/core/run.cc
+  [[if (outcome.is_discarded()) {]]
+  [[if (!PLANTED && outcome.is_discarded()) {]])
+
+plant("a void trial repeated with its seed" learner/core/learner_core.cc
+  [[draw.rollout, trial);]]
+  [[draw.rollout, PLANTED ? 0 : trial);]])
+
+plant("a trial made again costs budget" learner/core/ledger.cc
+  [[key.number >= 0 && is_first_trial]]
+  [[key.number >= 0 && (PLANTED || is_first_trial)]])
+
+plant("a void trial forgotten at resume" learner/core/learner_core.cc
+  [[  const AcceptedResult& result = event.result;
+  const Ledger::Entry* open]]
+  [[  const AcceptedResult& result = event.result;
+  if (PLANTED && result.outcome.is_discarded()) return;
+  const Ledger::Entry* open]])
+
+plant("what a void trial was asked is forgotten" learner/core/workforce_answers.cc
+  [[++(is_repeated ?]]
+  [[++(is_repeated && !PLANTED ?]])
+
+plant("the start policy tried again where the run is" learner/core/run.cc
+  [[draws.push_back(number == kStart]]
+  [[draws.push_back(!PLANTED && number == kStart]])
+
 plant("failed roll-outs counted twice" learner/core/run.cc
   [[++num_failed_;]]
   [[num_failed_ += PLANTED ? 2 : 1;]])
+
+plant("a recording is taken for a worker" learner/core/hearing.cc
+  [[if (hears_ || num_greetings_ == 0 || last_batch < greeted_in_) return false;]]
+  [[if (hears_ || (!PLANTED && (num_greetings_ == 0 || last_batch < greeted_in_))) return false;]])
+
+plant("a worker that loses every lease is asked as before" learner/core/hearing.cc
+  [[if (!hears_ || (num_lost_ > 0]]
+  [[if (PLANTED || !hears_ || (num_lost_ > 0]])
+
+plant("a dead learner's roll-outs kept" workers/core/worker_core.cc
+  [[if (names.empty()) return;]]
+  [[if (PLANTED || names.empty()) return;]])
+
+plant("what is held for ever waited for" learner/core/hedging.cc
+  [[if (ledger.num_leased() == 0)]]
+  [[if (PLANTED || ledger.num_leased() == 0)]])

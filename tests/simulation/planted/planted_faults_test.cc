@@ -13,7 +13,7 @@
 namespace treeroll::simulation {
 namespace {
 
-constexpr std::uint64_t kSeedsMax = 2000;
+constexpr std::uint64_t kSeedsMax = 5000;
 
 const std::vector<std::string> kFaults = {
 #include "planted_faults.inc"

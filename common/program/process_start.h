@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+namespace treeroll {
+
+/// Puts right what this process inherits from whoever starts it, before anything else is done:
+/// - closed descriptors 0, 1 and 2 are opened on /dev/null, or the next file or pipe would take
+///   their numbers and what is printed would go there;
+/// - signals are unblocked, and the ends of children can be waited for (SIGCHLD);
+/// - a reader that has gone (SIGPIPE) and a limit on the size of files (SIGXFSZ) make the write
+///   fail, which is then an error with a word. Programs that are started from here have the
+///   default again.
+void settle_process();
+
+/// The signals that ask a program to end, SIGTERM, SIGINT and SIGHUP, without those that whoever
+/// started it has set to be ignored: nohup does so.
+std::vector<int> stop_signals();
+
+/// From now on, until a loop takes the stop signals over, each of them ends this program at once
+/// with this exit status and a line on standard error.
+/// @param line  with a line break; outlives the program
+void end_when_stopped(int exit_status, const char* line);
+
+/// The work is done: whoever asks this program to end from now on gets the status it has come to.
+void block_stop_signals();
+
+}  // namespace treeroll

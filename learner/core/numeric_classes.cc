@@ -1,0 +1,31 @@
+#include "learner/core/numeric_classes.h"
+
+#include "common/protocol/limits.h"
+#include "learner/core/answer.h"
+
+namespace treeroll::learner {
+
+std::optional<std::string> NumericClasses::demanded() const {
+  if (demand_ == kAnyClass) return std::nullopt;
+  return demand_ == kOneClass ? first_ : demand_;
+}
+
+bool NumericClasses::allows(const std::string& name) const {
+  const std::optional<std::string> one = demanded();
+  return !one || *one == name;
+}
+
+int NumericClasses::index(const std::string& name) {
+  const bool is_full = indices_.size() >= protocol::kNumericClassesMax;
+  if (is_full && !indices_.contains(name)) return kUnknownClass;
+  return indices_.emplace(name, static_cast<int>(indices_.size())).first->second;
+}
+
+bool NumericClasses::count(const std::string& name) {
+  if (!first_) first_ = name;
+  const bool is_full = counts_.size() >= protocol::kNumericClassesMax;
+  if (is_full && !counts_.contains(name)) return false;
+  return ++counts_[name] == 1;
+}
+
+}  // namespace treeroll::learner

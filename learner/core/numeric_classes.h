@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace treeroll::learner {
+
+/// What a study may say of numeric classes, beside the name of one.
+inline constexpr const char* kAnyClass = "any";
+inline constexpr const char* kOneClass = "one";  ///< that of the first result
+
+/// The numeric classes of the workers whose results a learner has accepted, and which it takes
+/// results of. Workers of one class give the same bits for the same roll-out; those of two may not.
+class NumericClasses {
+ public:
+  /// @param demand  kAnyClass, kOneClass or the name of a class
+  explicit NumericClasses(std::string demand) : demand_(std::move(demand)) {}
+
+  bool allows(const std::string& name) const;
+  /// The class that is demanded; nothing while any will do.
+  std::optional<std::string> demanded() const;
+
+  /// A number for the class, or kUnknownClass for one too many.
+  int index(const std::string& name);
+
+  /// A result of this class has been accepted.
+  /// @return  whether it is the first of its class
+  bool count(const std::string& name);
+  /// Results by class, of those that the learner knows the workers of.
+  const std::map<std::string, std::int64_t>& counts() const { return counts_; }
+
+ private:
+  std::string demand_;
+  std::optional<std::string> first_;
+  std::map<std::string, int> indices_;
+  std::map<std::string, std::int64_t> counts_;
+};
+
+}  // namespace treeroll::learner

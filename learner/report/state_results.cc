@@ -1,0 +1,45 @@
+#include "learner/report/state_results.h"
+
+#include <algorithm>
+
+#include "learner/results/state_directory.h"
+#include "learner/state/state_study.h"
+
+namespace treeroll::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Of a journal that is damaged the files may stand all the same: they were written before.
+bool has_complete_files(const StateFiles& files) {
+  for (const char* file : {"runs.csv", "rollouts.csv"}) {
+    if (!fs::is_regular_file(files.directory / file)) return false;
+  }
+  if (!fs::is_regular_file(files.journal)) return true;
+  const Result<JournalTail> tail = read_journal(files.journal, [](const JournalRecord&) {});
+  return !tail || tail->sealed;
+}
+
+}  // namespace
+
+StudyResults read_state_results(const fs::path& directory) {
+  const StateFiles files{directory, journal_of(directory)};
+  if (!has_complete_files(files)) {
+    const StateStudy state = read_state_study(files);
+    learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
+    fold_state(files, state, TimePoint{}, core);
+    StudyResults results{
+        .name = state.loaded.study.name, .directory = directory, .runs = core.run_records()};
+    results.missing = what_is_missing(state.loaded.study, results.runs);
+    return results;
+  }
+  StudyResults results = read_study_results(directory);
+  const bool all_ended = std::all_of(results.runs.begin(), results.runs.end(),
+                                     [](const RunRecord& run) { return run.final_reward; });
+  if (!all_ended && fs::is_regular_file(files.journal)) {
+    results.missing = what_is_missing(read_state_study(files).loaded.study, results.runs);
+  }
+  return results;
+}
+
+}  // namespace treeroll::report

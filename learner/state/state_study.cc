@@ -1,0 +1,143 @@
+#include "learner/state/state_study.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+#include "common/base/config_error.h"
+#include "common/base/line_ends.h"
+#include "common/files/atomic_file.h"
+#include "common/files/whole_file.h"
+#include "learner/results/run_counts.h"
+#include "learner/results/state_directory.h"
+#include "learner/study/study_extension.h"
+
+namespace treeroll {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A study as a file of the directory holds it.
+struct StudyText {
+  LoadedStudy loaded;
+  std::string text;
+};
+
+/// As study_id_of(), of a text.
+ContentHash study_hash(const std::string& text) { return content_hash(with_plain_line_ends(text)); }
+
+/// All evaluations of its policies are in. Files of an earlier version tell the final reward alone.
+bool has_ended(const RunRecord& run, int final_evaluations) {
+  return run.final_reward ||
+         (run.start && run.finals.size() == static_cast<std::size_t>(final_evaluations));
+}
+
+StudyText read_study(const fs::path& file, const ContentHash& id, const char* whose) {
+  if (!fs::is_regular_file(file)) {
+    throw std::runtime_error(
+        fmt::format("{}: is missing: the journal tells of an extension of it", file.string()));
+  }
+  StudyText study{.loaded = {}, .text = read_whole_file(file)};
+  if (study_hash(study.text) != id) {
+    throw std::runtime_error(fmt::format("{}: is not the study {}", file.string(), whose));
+  }
+  study.loaded = load_study(file, {});
+  return study;
+}
+
+}  // namespace
+
+fs::path earlier_study_of(const fs::path& directory, int extension) {
+  return directory / fmt::format("study.before-extension-{}.toml", extension);
+}
+
+StateFiles state_files(const fs::path& path) {
+  if (fs::is_directory(path)) return {path, journal_of(path)};
+  return {path.parent_path(), path};
+}
+
+StateStudy read_state_study(const StateFiles& files, const std::vector<std::string>& overrides) {
+  const fs::path file = study_of(files.directory);
+  const std::string text = read_whole_file(file);
+  const ContentHash id = study_hash(text);
+  const JournalStudies studies = read_studies(files.journal);
+  StateStudy state{
+      .loaded = overrides.empty() ? load_study(file, {}) : load_extended(file, overrides),
+      .in_journal = {.id = id, .repetitions = 1, .is_before_extension = false},
+      .text_before = "",
+      .extension = "",
+      .num_extensions = static_cast<int>(studies.extensions.size())};
+  StudyText before;
+  const fs::path earlier = earlier_study_of(files.directory, state.num_extensions + 1);
+  if (studies.last() && *studies.last() != id && fs::is_regular_file(earlier)) {
+    // A learner has ended between study.toml and the record of its extension.
+    before = read_study(earlier, *studies.last(), "that the journal ends with");
+  } else if (!overrides.empty()) {
+    before = {.loaded = load_study(file, {}), .text = text};
+  } else {
+    state.in_journal.repetitions = state.loaded.study.repetitions;
+    return state;
+  }
+  check_extends(before.loaded, state.loaded, overrides.empty() ? file.string() : "--set");
+  state.in_journal = {.id = study_hash(before.text),
+                      .repetitions = before.loaded.study.repetitions};
+  state.extension = describe_extension(before.loaded.study, state.loaded.study);
+  if (state.extension.empty()) return state;
+  state.in_journal.is_before_extension = true;
+  state.text_before = std::move(before.text);
+  return state;
+}
+
+JournalTail fold_state(const StateFiles& files, const StateStudy& state, TimePoint now,
+                       learner::LearnerCore& core, const FoldHooks& hooks) {
+  return fold_journal(files.journal, state.in_journal, now, core, hooks);
+}
+
+std::string what_is_missing(const Study& study, const std::vector<RunRecord>& runs) {
+  std::int64_t budget = 0;
+  for (const Condition& condition : study.conditions) {
+    budget += std::int64_t{condition.exploration.num_rollouts} * study.repetitions;
+  }
+  std::int64_t num_learnt = 0;
+  std::size_t num_done = 0;
+  for (const RunRecord& run : runs) {
+    num_learnt += num_applied(run);
+    num_done += has_ended(run, study.final_evaluations) ? 1 : 0;
+  }
+  if (num_done == runs.size()) return "";
+  return fmt::format("{} of {} roll-outs are learnt and {} of {} runs have ended", num_learnt,
+                     budget, num_done, runs.size());
+}
+
+JournalExtension write_extension(const StateFiles& files, const StateStudy& state,
+                                 const std::string& program) {
+  write_atomically(earlier_study_of(files.directory, state.num_extensions + 1), state.text_before);
+  write_atomically(study_of(files.directory), state.loaded.resolved.to_toml(program));
+  return {.study_id_before = state.in_journal.id,
+          .study_id = study_id_of(files.directory),
+          .repetitions_before = state.in_journal.repetitions,
+          .repetitions = state.loaded.study.repetitions};
+}
+
+std::vector<std::string> verify_earlier_studies(const StateFiles& files, const StateStudy& state) {
+  const JournalStudies studies = read_studies(files.journal);
+  std::vector<StudyText> earlier;
+  for (const JournalExtension& extension : studies.extensions) {
+    earlier.push_back(
+        read_study(earlier_study_of(files.directory, static_cast<int>(earlier.size()) + 1),
+                   extension.study_id_before, "that the journal tells of"));
+  }
+  std::vector<std::string> extensions;
+  for (std::size_t i = 0; i < earlier.size(); ++i) {
+    const LoadedStudy& loaded = earlier[i].loaded;
+    const LoadedStudy& next = i + 1 < earlier.size() ? earlier[i + 1].loaded : state.loaded;
+    check_extends(loaded, next, study_of(files.directory).string());
+    learner::LearnerCore core(loaded.study, learner::LearnerSettings{});
+    fold_journal(files.journal, {study_hash(earlier[i].text), loaded.study.repetitions},
+                 TimePoint{}, core);
+    extensions.push_back(describe_extension(loaded.study, next.study));
+  }
+  return extensions;
+}
+
+}  // namespace treeroll

@@ -1,0 +1,173 @@
+// A resolved study needs no other file, and nobody fits again what it holds.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include "common/base/content_hash.h"
+#include "learner/study/study_file.h"
+#include "learner/study/task_table.h"
+#include "tests/study/equal_studies.h"
+#include "tests/study/small_study.h"
+#include "tests/study/study_text.h"
+
+namespace treeroll {
+namespace {
+
+namespace fs = std::filesystem;
+using study_test::error_of;
+using study_test::kSmallStudy;
+using study_test::StudyText;
+using testing::HasSubstr;
+using testing::Not;
+
+/// The small study, starting from a demonstration in demo.csv beside it.
+class StandaloneStudyTest : public testing::Test {
+ protected:
+  StandaloneStudyTest()
+      : file_(kSmallStudy +
+              "policy.demonstration = {kind = \"csv\", files = [\"demo.csv\"], inputs = [\"t\"], "
+              "outputs = [\"u\"]}\n") {
+    std::ofstream demonstration(file_.folder() / "demo.csv");
+    demonstration << "t,note,u\r\n";
+    for (int i = 0; i < 50; ++i) demonstration << i / 19. << ",x," << (i * i) % 11 / 3. << "\r\n";
+    demonstration.close();
+    loaded_.emplace(load_study(file_.path(), {}));
+    resolved_ = loaded_->resolved.to_toml("0.2.0");
+  }
+
+  static std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return at == std::string::npos ? text : text.replace(at, from.size(), to);
+  }
+  static std::string error(const std::string& text) {
+    return error_of(StudyText(text), [](const fs::path& path) { (void)load_study(path, {}); });
+  }
+
+  const StudyText file_;
+  std::optional<LoadedStudy> loaded_;
+  std::string resolved_;
+};
+
+TEST_F(StandaloneStudyTest, HoldsItsDemonstrationAndNamesNoFile) {
+  fs::remove(file_.folder() / "demo.csv");
+  const StudyText elsewhere(resolved_);
+  const LoadedStudy again = load_study(elsewhere.path(), {});
+  study_test::expect_equal(again.study, loaded_->study);
+  EXPECT_EQ(again.log_likelihoods, loaded_->log_likelihoods);
+  EXPECT_EQ(*again.demonstrations[0], *loaded_->demonstrations[0]);
+  EXPECT_EQ(again.resolved.to_toml("0.2.0"), resolved_);
+  EXPECT_THAT(resolved_, Not(HasSubstr(file_.folder().string())));
+  EXPECT_THAT(resolved_, Not(HasSubstr("demo.csv")));
+  EXPECT_THAT(resolved_, HasSubstr("t,u\n0,0\n"));  // not the column that nobody asked for
+}
+
+TEST_F(StandaloneStudyTest, NeitherThePlaceNorTheLineEndsOfAFileAreInIt) {
+  const StudyText other(std::string(kSmallStudy) +
+                        "policy.demonstration = {kind = \"csv\", files = [\"other.csv\"], inputs = "
+                        "[\"t\"], outputs = [\"u\"]}\n");
+  std::ofstream demonstration(other.folder() / "other.csv");
+  demonstration << "u,t\n";
+  for (int i = 0; i < 50; ++i) demonstration << (i * i) % 11 / 3. << ',' << i / 19. << '\n';
+  demonstration.close();
+  EXPECT_EQ(load_study(other.path(), {}).resolved.to_toml("0.2.0"), resolved_);
+  // The study's own line ends neither.
+  std::string windows;
+  for (const char c : resolved_) windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  const StudyText carried(windows);
+  EXPECT_EQ(load_study(carried.path(), {}).resolved.to_toml("0.2.0"), resolved_);
+}
+
+TEST_F(StandaloneStudyTest, TheStartThatItHoldsIsTakenAndFittedAgainOnlyWhereThatIsAsked) {
+  // Another number in the stored policy: nothing but the text can give it.
+  const std::string policy = to_json(*loaded_->study.conditions[0].start);
+  const PolicyPtr start = loaded_->study.conditions[0].start;
+  const std::string changed = to_json(*start->with(start->theta() * 1.5));
+  const StudyText file(replaced(resolved_, policy, changed));
+  EXPECT_EQ(to_json(*load_study(file.path(), {}).study.conditions[0].start), changed);
+  const LoadedStudy refitted =
+      load_study(file.path(), {}, learnable_policies(), StoredStarts::kFittedAgain);
+  EXPECT_EQ(to_json(*refitted.study.conditions[0].start), policy);
+  // It belongs to the settings it was fitted by: others are fitted.
+  const LoadedStudy other = load_study(file.path(), {"policy.fit.iterations=3"});
+  EXPECT_NE(to_json(*other.study.conditions[0].start), changed);
+  EXPECT_NE(to_json(*other.study.conditions[0].start), policy);
+}
+
+TEST_F(StandaloneStudyTest, HostileContentsAreRefusedWithTheirPlace) {
+  const std::string content = to_hex(content_hash(
+      resolved_.substr(resolved_.find("t,u\n"),
+                       resolved_.find("'''", resolved_.find("t,u\n")) - resolved_.find("t,u\n"))));
+  ASSERT_THAT(resolved_, HasSubstr("content = \"" + content + "\""));
+  EXPECT_THAT(error(replaced(resolved_, "t,u\n0,0\n", "t,u\n0,1\n")),
+              HasSubstr("demonstrations." + content + ": has another content, "));
+  EXPECT_THAT(
+      error(replaced(resolved_, "content = \"" + content, "content = \"" + std::string(32, '0'))),
+      HasSubstr("is no entry of the study's [demonstrations]"));
+  EXPECT_THAT(error(replaced(resolved_, "outputs = [\"u\"]", "outputs = [\"v\"]")),
+              HasSubstr("demonstrations." + content + ":1: has no column \"v\""));
+  const std::string bad = "t,u\n0,zero\n1,2\n";
+  EXPECT_THAT(error(kSmallStudy + "policy.demonstration = {kind = \"csv\", content = \"" +
+                    to_hex(content_hash(bad)) +
+                    "\", inputs = [\"t\"], outputs = [\"u\"]}\n[demonstrations]\n" +
+                    to_hex(content_hash(bad)) + " = \"\"\"\n" + bad + "\"\"\"\n"),
+              HasSubstr(":2: column \"u\" is \"zero\""));
+  EXPECT_THAT(error(std::string(kSmallStudy) + "[demonstrations]\nx = 3\n"),
+              HasSubstr("demonstrations.x: must be the text of a demonstration"));
+  EXPECT_THAT(error(std::string(kSmallStudy) + "[starts]\nx = 3\n"),
+              HasSubstr("starts.x: must be a table"));
+  EXPECT_THAT(error("demonstrations = 3\n" + std::string(kSmallStudy)),
+              HasSubstr("demonstrations = 3: must be a table"));
+  // A stored start must be such a policy as its settings describe.
+  const PolicyPtr start = loaded_->study.conditions[0].start;
+  EXPECT_THAT(error(replaced(resolved_, to_json(*start), to_json(*start->at_layer(2)))),
+              HasSubstr("the study's stored start is another one: its explored layer differs"));
+  EXPECT_THAT(error(replaced(resolved_, to_json(*start), "{}")), HasSubstr(".policy: "));
+}
+
+TEST_F(StandaloneStudyTest, ALaterFormIsNamedWithTheProgramThatWroteIt) {
+  EXPECT_THAT(resolved_, HasSubstr("[written_by]\nformat = 2\nprogram = \"0.2.0\"\n"));
+  EXPECT_EQ(error(replaced(resolved_, "format = 2\nprogram = \"0.2.0\"",
+                           "format = 3\nnew = true\nprogram = \"4.5\"")),
+            "FILE:3: written_by.format = 3: this program reads forms up to 2: take treeroll 4.5");
+  EXPECT_THAT(error(replaced(resolved_, "format = 2", "format = \"x\"")),
+              HasSubstr("written_by.format"));
+}
+
+TEST_F(StandaloneStudyTest, WhatATaskHasResolvedIsPartOfTheStudy) {
+  const TaskDescription description{
+      .input_dim = 1, .output_dim = 1, .reward_max = 1, .time_limit_s = 7, .version = "5"};
+  EXPECT_EQ(unresolved_condition(*loaded_), "tree");
+  resolve_task(*loaded_, 0, R"({"plant": "rk4", "step_s": 0.005, "gravity": 9.81})", description);
+  EXPECT_EQ(unresolved_condition(*loaded_), "");
+  const std::string& content = loaded_->study.conditions[0].task_content;
+  EXPECT_THAT(content, HasSubstr(R"("settings":{"gravity":9.81,"plant":"rk4","step_s":0.005})"));
+  EXPECT_THAT(content, HasSubstr(R"("version":"5")"));
+  const StudyText file(loaded_->resolved.to_toml(""));
+  EXPECT_EQ(load_study(file.path(), {}).study.conditions[0].task_content, content);
+  // What the command line changes is asked of the task anew.
+  EXPECT_THAT(load_study(file.path(), {"task.gravity=1.6"}).study.conditions[0].task_content,
+              Not(HasSubstr("described")));
+  EXPECT_THAT(
+      error(replaced(loaded_->resolved.to_toml(""), "time_limit_s = 7.0", "time_limit_s = -7.0")),
+      HasSubstr("task.described: description.time_limit_s"));
+}
+
+TEST_F(StandaloneStudyTest, ALargeDemonstrationIsHeldToo) {
+  std::ofstream demonstration(file_.folder() / "demo.csv");
+  demonstration << "t,u\n";
+  for (int i = 0; i < 90'000; ++i) demonstration << i / 19e3 << ',' << (i % 1001) / 7. << '\n';
+  demonstration.close();
+  const LoadedStudy large = load_study(file_.path(), {"policy.fit.iterations=1"});
+  const StudyText resolved(large.resolved.to_toml(""));
+  EXPECT_GT(fs::file_size(resolved.path()), 1U << 20U);
+  const LoadedStudy again = load_study(resolved.path(), {});
+  study_test::expect_equal(again.study, large.study);
+  EXPECT_EQ(*again.demonstrations[0], *large.demonstrations[0]);
+}
+
+}  // namespace
+}  // namespace treeroll
