@@ -61,7 +61,8 @@ TREEROLL_LANE_INLINE void sin_cos(V x, V& sin, V& cos) {
 /// For every x: infinite from 709.8 on, 0 below -745.2, NaN for NaN.
 template <class V>
 TREEROLL_LANE_INLINE V exp(V x) {
-  const V bounded = lanes::smaller(all<V>(710.), lanes::larger(all<V>(-746.), x));
+  // In this order NaN passes both.
+  const V bounded = lanes::smaller(lanes::larger(x, all<V>(-746.)), all<V>(710.));
   // x = power ln 2 + rest, |rest| <= ln 2 / 2. The first part of ln 2 has 42 bits.
   const V shifted = bounded * 0x1.71547652b82fep0 + kRounder;
   const Bits<V> power_bits = bits_as<Bits<V>>(shifted) - bits_as<std::uint64_t>(kRounder);

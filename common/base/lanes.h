@@ -82,6 +82,7 @@ TREEROLL_LANE_INLINE V select(Bits<V> mask, V if_set, V if_clear) {
   return bits_as<V>((mask & bits_as<Bits<V>>(if_set)) | (~mask & bits_as<Bits<V>>(if_clear)));
 }
 
+/// The larger and the smaller; `a` if one of the two is NaN.
 template <class V>
 TREEROLL_LANE_INLINE V larger(V a, V b) {
   return a < b ? b : a;

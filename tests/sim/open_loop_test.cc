@@ -125,7 +125,10 @@ TEST_P(OpenLoopTest, OneThatDivergesDoesNotTouchItsNeighbours) {
     ASSERT_TRUE(before[i]);
     if (i == 1 || i == 4 || i == 6) {
       ASSERT_FALSE(after[i]) << i;
-      EXPECT_NE(after[i].error().message.find("is not finite at"), std::string::npos);
+      const auto alone =
+          plant->simulate_open_loop(std::span(rollouts).subspan(i, 1), kDurationS, ignore);
+      ASSERT_FALSE(alone[0]);
+      EXPECT_EQ(after[i].error().message, alone[0].error().message);
     } else {
       ASSERT_TRUE(after[i]) << i;
       EXPECT_EQ(*after[i], *before[i]) << i;
