@@ -7,6 +7,10 @@
 /// the sines of more than 2048 rad are SLEEF's.
 namespace treeroll::elementary {
 
+/// Raised by each release in which one of them gives other bits: workers of different ones are of
+/// different numeric classes. Version 0.1.0, which had all of them from SLEEF, had no such number.
+inline constexpr int kVersion = 2;
+
 struct SinCos {
   double sin;
   double cos;
