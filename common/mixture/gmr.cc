@@ -21,14 +21,21 @@ constexpr std::size_t kWidthMax = 8;
 
 double bounded(double input) { return std::clamp(input, -kGmmMagnitudeMax, kGmmMagnitudeMax); }
 
+void gmr_regress_1(const gmr_kernel::Lines& lines, const double* inputs, double* weights,
+                   double* outputs) {
+  gmr_kernel::regress(lines, *inputs, weights, [&](int o, double number) { outputs[o] = number; });
+}
+
 std::pair<std::size_t, GmrLanes> widest() {
   switch (widest_lanes()) {
     case 8:
       return {8, &gmr_regress_8};
     case 4:
       return {4, &gmr_regress_4};
-    default:
+    case 2:
       return {2, &gmr_regress_2};
+    default:
+      return {1, &gmr_regress_1};
   }
 }
 
@@ -134,9 +141,8 @@ void Gmr::regress(std::span<const double> input, WorkSpace& work, std::span<doub
             static_cast<int>(output.size()) == output_dim_,
         "an input and an output have the mixture's dimensions");
   if (input_dim_ == 1) {
-    gmr_kernel::regress(lines(), bounded(input[0]), work.lanes.data(), [&](int o, double number) {
-      output[static_cast<std::size_t>(o)] = number;
-    });
+    const double one = bounded(input[0]);
+    gmr_regress_1(lines(), &one, work.lanes.data(), output.data());
     return;
   }
   for (int i = 0; i < input_dim_; ++i) work.input[i] = bounded(input[static_cast<std::size_t>(i)]);
