@@ -115,9 +115,10 @@ Outcome SwingUpTask::roll_out(Controller& controller, std::uint64_t seed, Trace*
       });
 }
 
+bool SwingUpTask::side_by_side() const { return plant_.deterministic() && !input_times_s_.empty(); }
+
 std::vector<Outcome> SwingUpTask::evaluate_all(std::span<const Evaluation> evaluations) {
-  // Variations make a plant an evaluation, and step control a time grid an evaluation.
-  if (!plant_.deterministic() || input_times_s_.empty()) return Task::evaluate_all(evaluations);
+  if (!side_by_side()) return Task::evaluate_all(evaluations);
   std::vector<std::vector<double>> inputs;
   std::vector<sim::OpenLoop> rollouts;
   for (const Evaluation& one : evaluations) inputs.push_back(accelerations(one.controller));

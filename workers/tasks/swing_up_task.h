@@ -32,6 +32,8 @@ class SwingUpTask : public Task {
   TaskDescription description() const override;
   Outcome evaluate(Controller& controller, std::uint64_t seed) override;
   std::vector<Outcome> evaluate_all(std::span<const Evaluation> evaluations) override;
+  /// Variations make a plant an evaluation, and step control a time grid an evaluation.
+  bool side_by_side() const override;
   /// Columns: time, state, input and cost of (4-6), at each output step of the plant; poses: the
   /// cart and the links, unless their lengths vary.
   Outcome evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) override;

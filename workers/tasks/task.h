@@ -57,7 +57,7 @@ class Task {
     std::uint64_t seed = 0;
   };
   /// evaluate() for each, to the bit: whatever their number, and whoever is beside one. A task that
-  /// simulates several side by side overrides it.
+  /// simulates several side by side overrides this and the next.
   virtual std::vector<Outcome> evaluate_all(std::span<const Evaluation> evaluations) {
     std::vector<Outcome> outcomes;
     for (const Evaluation& one : evaluations) {
@@ -65,6 +65,9 @@ class Task {
     }
     return outcomes;
   }
+  /// Whether evaluate_all() is more than one after the other. If it is not, evaluators do that
+  /// themselves, and nothing that one roll-out leaves behind reaches the next.
+  virtual bool side_by_side() const { return false; }
   /// The same evaluation, to the bit, that also records what happens on the way
   /// (workers/tasks/trace.h), for treeroll-evaluate --trace. A task that does not override it
   /// records nothing. Learning never calls it.
