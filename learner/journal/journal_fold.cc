@@ -21,9 +21,9 @@ namespace fs = std::filesystem;
 void check_version(const JournalStart& start) {
   if (start.algorithm_version == kAlgorithmVersion) return;
   throw std::runtime_error(fmt::format(
-      "the journal was written by version {} of the algorithm (treeroll {}), this is version {}: "
-      "take that treeroll, or learn its study.toml anew",
-      start.algorithm_version, start.format == 1 ? "0.1.0" : start.program, kAlgorithmVersion));
+      "the journal was written by version {} of the algorithm, this program has version {}, which "
+      "gives other bits: go on with treeroll {}, or learn its study.toml anew",
+      start.algorithm_version, kAlgorithmVersion, start.format == 1 ? "0.1.0" : start.program));
 }
 
 /// The run that this one is once each condition has more repetitions.

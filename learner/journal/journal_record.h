@@ -14,9 +14,10 @@
 
 namespace treeroll {
 
-/// Raised by each release that changes drawing or updating: an older journal would fold to other
-/// bits. 1 is that of the first, 0.1.0.
-inline constexpr std::uint32_t kAlgorithmVersion = 1;
+/// Raised by each release that changes drawing, updating or the bits of rewards: an older journal
+/// would fold to other bits. 1 is that of version 0.1.0; 2, of 0.2.0, has sin, cos and exp of its
+/// own (common/base/elementary.h).
+inline constexpr std::uint32_t kAlgorithmVersion = 2;
 
 /// The form of records. 1 is that of version 0.1.0: its starts name no form and no program, and it
 /// has no records of workers. A journal may go on in a later form than it begins with.

@@ -109,8 +109,13 @@ TEST_F(ReplayTest, AForgedJournalIsFoundOut) {
   EXPECT_THAT(error_of([](auto& records) { std::get<JournalStart>(records[0]).study_id = {}; }),
               HasSubstr("another study"));
   EXPECT_THAT(
-      error_of([](auto& records) { ++std::get<JournalStart>(records[0]).algorithm_version; }),
-      HasSubstr("version 2 of the algorithm (treeroll "));
+      error_of([](auto& records) {
+        JournalStart& start = std::get<JournalStart>(records[0]);
+        start.algorithm_version = 1;
+        start.program = "0.1.0";
+      }),
+      HasSubstr("version 1 of the algorithm, this program has version 2, which gives other bits: "
+                "go on with treeroll 0.1.0, or learn its study.toml anew"));
   EXPECT_THAT(error_of([](auto& records) { records.resize(100); }), HasSubstr("differs from what"));
   EXPECT_THAT(error_of([](auto& records) {
                 records.insert(records.begin() + 9, LearningTime{seconds(1)});
