@@ -263,7 +263,7 @@ void check(const fs::path& directory, const Counts& counts, const RunRecord& run
 }  // namespace
 
 StudyResults read_study_results(const fs::path& directory) {
-  StudyResults results{.directory = directory};
+  StudyResults results{.name = {}, .directory = directory, .runs = {}};
   std::vector<Counts> counts;
   read_runs(directory / "runs.csv", results.runs, counts);
   read_rollouts(directory / "rollouts.csv", counts, results.runs);
