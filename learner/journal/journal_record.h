@@ -74,7 +74,8 @@ using JournalRecord = std::variant<JournalStart, AcceptedResult, LearningTime, K
 ///                 A text is its length, 1, and its bytes.
 ///      -16     8  check of the record before it, 0 for the first
 ///       -8     8  check of this record: the first 8 bytes of the BLAKE2b hash (128 bits) of all of
-///                 it up to here, so that each verifies alone and the order is fixed
+///                 it up to here, in reverse order, so that each verifies alone and the order is
+///                 fixed
 inline constexpr std::string_view kJournalSyncBytes = "\xed\xa1\xda\x01";
 inline constexpr const char* kJournalChannel = "TREEROLL_JOURNAL";
 inline constexpr std::size_t kJournalRecordBytesMax =
