@@ -1,0 +1,88 @@
+"""Measurements as text for a person, the same in the terminal and on a page."""
+
+
+def table(head, rows):
+    """In Markdown, columns aligned."""
+    cells = [head, *rows]
+    widths = [max(len(row[column]) for row in cells) for column in range(len(head))]
+    def line(row):
+        first, *rest = [cell.ljust(width) if column == 0 else cell.rjust(width)
+                        for column, (cell, width) in enumerate(zip(row, widths))]
+        return "| " + " | ".join([first, *rest]) + " |"
+    rule = "|" + "|".join(["-" * (widths[0] + 2),
+                           *["-" * (width + 1) + ":" for width in widths[1:]]]) + "|"
+    return "\n".join([line(head), rule, *[line(row) for row in rows]])
+
+
+def shown(number):
+    """Three digits that count."""
+    if number is None:
+        return "-"
+    if abs(number) >= 1000:
+        return f"{number:,.0f}".replace(",", " ")
+    if abs(number) >= 100:
+        return f"{number:.0f}"
+    return f"{number:.2f}" if abs(number) < 10 else f"{number:.1f}"
+
+
+def time_shown(nanoseconds):
+    for unit, size in (("s", 1e9), ("ms", 1e6), ("us", 1e3)):
+        if nanoseconds >= size:
+            return f"{shown(nanoseconds / size)} {unit}"
+    return f"{shown(nanoseconds)} ns"
+
+
+def micro_table(rows):
+    lines = []
+    for row in rows:
+        lines.append([row["name"], time_shown(row["median_ns"]), f"{100 * row['spread']:.0f} %",
+                      time_shown(row["ns_an_item"]) if "ns_an_item" in row else "-",
+                      ", ".join(f"{key} {shown(value)}"
+                                for key, value in row["counters"].items())])
+    return table(["benchmark", "median", "spread", "a result", "counted"], lines)
+
+
+def comparison_table(rows):
+    def median(row, key):
+        return shown(row[key]["median"]) if key in row else "-"
+    return table(
+        ["contestant", "roll-outs/s", "ratio", "from", "to", "learner us", "worker us",
+         "evaluator us"],
+        [[row["contestant"], median(row, "rate"), f"{row['ratio']['median']:.3f}",
+          f"{row['ratio']['min']:.3f}", f"{row['ratio']['max']:.3f}", median(row, "learner_us"),
+          median(row, "worker_us"), median(row, "evaluator_us")] for row in rows])
+
+
+def wire_table(rows):
+    channels = ("TREEROLL_ROLLOUTS", "TREEROLL_REWARDS")
+
+    def results_a_message(row, channel):
+        messages = row["messages_a_result"].get(channel, 0)
+        return shown(1 / messages) if messages else "-"
+    return table(
+        ["case", "bytes a result", "of requests", "of answers", "results a request message",
+         "results an answer message", "datagrams lost"],
+        [[row["case"], shown(sum(row["bytes_a_result"].values())),
+          *[shown(row["bytes_a_result"].get(channel, 0)) for channel in channels],
+          *[results_a_message(row, channel) for channel in channels],
+          str(row["datagrams_lost"])] for row in rows])
+
+
+def report(measured):
+    machine = measured["machine"]
+    parts = [f"{machine['processor']}, {machine['processors']} processors, "
+             f"Linux {machine['kernel']}, {machine['system']}; load {machine['load_before']:.1f} "
+             f"before, {machine['load_after']:.1f} after"]
+    if measured["micro"]:
+        parts += ["Parts: processor time, median of "
+                  f"{measured['micro_repetitions']} repetitions; spread (max - min) / median",
+                  micro_table(measured["micro"])]
+    cases = {}
+    for row in measured["comparison"]:
+        cases.setdefault((row["part"], row["case"], row["ratio_to"]), []).append(row)
+    for (part, case, first), rows in cases.items():
+        parts += [f"{part}: {case}; ratio to {first} of the same round", comparison_table(rows)]
+    if measured["wire"]:
+        parts += ["On the wire, counted by a listener", wire_table(measured["wire"])]
+    parts += [f"skipped: {line}" for line in measured["skipped"]]
+    return "\n\n".join(parts) + "\n"
