@@ -21,19 +21,22 @@ class Case:
     mode: str  # "burn" or "sleep"
     duration_us: int
     workers: int  # processes that execute
-    runs: int  # roll-outs in flight
+    in_flight: int  # roll-outs, of all runs
 
     def name(self):
         time = (f"{self.duration_us // 1000} ms" if self.duration_us >= 1000
                 else f"{self.duration_us} us")
         deed = "busy" if self.mode == "burn" else "asleep"
-        return f"{deed} {time}, {self.workers} evaluators, {self.runs} in flight"
+        return f"{deed} {time}, {self.workers} evaluators, {self.in_flight} in flight"
+
+    def runs(self):
+        return min(64, self.in_flight)
 
     def settings_of_study(self):
         words = []
         for key, value in (("task.mode", self.mode), ("task.duration_us", self.duration_us),
-                           ("study.repetitions", self.runs),
-                           ("study.rollouts", min(1_000_000, 90_000_000 // self.runs))):
+                           ("study.repetitions", self.runs()),
+                           ("study.in_flight", self.in_flight // self.runs())):
             words += ["--set", f"{key}={value}"]
         return words
 
@@ -108,7 +111,7 @@ def summed_up(case, contestant, first, rounds, base):
                          for measured, of_base in zip(rounds, base)]),
         "ratio_to": first.name,
     }
-    for key in ("learner_us", "worker_us", "evaluator_us"):
+    for key in ("learner_us", "worker_us", "evaluator_us", "share"):
         if all(key in measured for measured in rounds):
             row[key] = spread([measured[key] for measured in rounds])
     return {"case": case.name(), **dataclasses.asdict(case), **row}

@@ -19,8 +19,11 @@ def find_program(name):
 def run(words):
     """Runs a peer and reads the one line of JSON that it ends with."""
     words = [str(word) for word in words]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=LIMIT_S, check=False,
-                          stdin=subprocess.DEVNULL)
+    try:
+        done = subprocess.run(words, capture_output=True, text=True, timeout=LIMIT_S, check=False,
+                              stdin=subprocess.DEVNULL)
+    except subprocess.TimeoutExpired:
+        raise RuntimeError(f"{' '.join(words)}: has not ended after {LIMIT_S} s") from None
     if done.returncode != 0:
         raise RuntimeError(f"{' '.join(words)}: status {done.returncode}:\n{done.stderr[-2000:]}")
     return json.loads(done.stdout.splitlines()[-1])
@@ -29,11 +32,20 @@ def run(words):
 def as_measurement(case, answer):
     if answer["results"] == 0:
         raise RuntimeError(f"no result within {answer['measured_s']} s")
-    measurement = {"rate": answer["results"] / answer["measured_s"]}
-    if answer["master_cpu_s"] is not None:
-        in_all = answer["results_in_all"]
-        measurement["learner_us"] = answer["master_cpu_s"] / in_all * 1e6
-        measurement["evaluator_us"] = answer["workers_cpu_s"] / in_all * 1e6 - case.burnt_us()
+    in_all = answer["results_in_all"]
+    return with_share(case, {
+        "rate": answer["results"] / answer["measured_s"],
+        "learner_us": answer["master_cpu_s"] / in_all * 1e6,
+        "evaluator_us": answer["workers_cpu_s"] / in_all * 1e6 - case.burnt_us(),
+    })
+
+
+def with_share(case, measurement):
+    """Adds the share of all processor time that roll-outs themselves take. Whatever else a machine
+    does, it counts less here than in a rate."""
+    if case.burnt_us() > 0:
+        overhead_us = sum(value for key, value in measurement.items() if key.endswith("_us"))
+        measurement["share"] = case.burnt_us() / (case.burnt_us() + overhead_us)
     return measurement
 
 
@@ -44,8 +56,8 @@ def options(settings, case, batch, outstanding):
 
 
 def outstanding(case, batch):
-    """Messages a worker has, so that as many roll-outs are in flight as the service has runs."""
-    return min(64, max(1, case.runs // (case.workers * batch)))
+    """Messages a worker has, so that as many roll-outs are in flight as the service has."""
+    return min(64, max(1, case.in_flight // (case.workers * batch)))
 
 
 def alone(settings, case):
@@ -79,7 +91,7 @@ def python(kind, batch):
     def measure(settings, case):
         return as_measurement(case, run(
             [sys.executable, HERE / "python_pools.py", kind, "--workers", case.workers,
-             "--batch", batch, "--in-flight", case.runs, "--duration-us", case.duration_us,
+             "--batch", batch, "--in-flight", case.in_flight, "--duration-us", case.duration_us,
              "--mode", case.mode, "--warm-up-ms", WARM_UP_MS,
              "--measured-ms", round(settings.measured_s * 1000)]))
     return measure

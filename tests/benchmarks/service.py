@@ -208,16 +208,16 @@ def measure(settings, case, url=None, listens=False):
         learner.stop({3})  # stopped early
         worker.stop({0})
         results = results_between(journal, before.us, after.us)
-        check_journal(journal, folder / "state" / "rollouts.csv", case.runs)
+        check_journal(journal, folder / "state" / "rollouts.csv", case.runs())
     if results == 0:
         raise RuntimeError(f"treeroll has no result within {settings.measured_s} s")
-    measurement = {
+    measurement = peers.with_share(case, {
         "rate": results / (after.us - before.us) * 1e6,
         "learner_us": (after.learner_s - before.learner_s) / results * 1e6,
         "worker_us": (after.worker_s - before.worker_s) / results * 1e6,
         "evaluator_us": (after.evaluators_s - before.evaluators_s) / results * 1e6
         - case.burnt_us(),
-    }
+    })
     if listener:
         measurement["wire"] = {
             "messages_a_result": {channel: number / results

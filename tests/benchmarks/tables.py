@@ -47,10 +47,11 @@ def comparison_table(rows):
         return shown(row[key]["median"]) if key in row else "-"
     return table(
         ["contestant", "roll-outs/s", "ratio", "from", "to", "learner us", "worker us",
-         "evaluator us"],
+         "evaluator us", "share"],
         [[row["contestant"], median(row, "rate"), f"{row['ratio']['median']:.3f}",
           f"{row['ratio']['min']:.3f}", f"{row['ratio']['max']:.3f}", median(row, "learner_us"),
-          median(row, "worker_us"), median(row, "evaluator_us")] for row in rows])
+          median(row, "worker_us"), median(row, "evaluator_us"),
+          f"{row['share']['median']:.3f}" if "share" in row else "-"] for row in rows])
 
 
 def wire_table(rows):
