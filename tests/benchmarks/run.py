@@ -81,6 +81,8 @@ def options():
                         help="a few cases, once: shows that everything works, not how fast it is")
     parser.add_argument("--parts", metavar="REGEX", nargs="?", const=".",
                         help="the parts alone, those whose name it finds; no comparison")
+    parser.add_argument("--show", type=Path, metavar="FILE",
+                        help="measure nothing: the tables of an earlier --json FILE")
     parser.add_argument("--check", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--rounds", type=int, default=3, metavar="N",
                         help="of the comparison, 1 to 100 (default 3)")
@@ -96,10 +98,19 @@ def options():
     return given
 
 
+def show(file):
+    try:
+        print(tables.report(json.loads(file.read_text())), end="")
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        sys.exit(f"deploy/bench: --show {file}: not what --json writes: {error!r}")
+
+
 def main():
     given = options()
     if given.check:
         return
+    if given.show:
+        return show(given.show)
     measured = {"machine": machine(), "quick": given.quick, "skipped": []}
     measured["micro_repetitions"] = 1 if given.quick else 5
     comparison.say("measuring the parts: a few minutes" if not given.quick else
@@ -116,7 +127,7 @@ def main():
         measured["comparison"], measured["skipped"] = comparison.compare(settings, given.quick)
         measured["wire"] = comparison.on_the_wire(settings, given.quick)
     measured["machine"]["load_after"] = os.getloadavg()[0]
-    print(tables.report(measured))
+    print(tables.report(measured), end="")
     if given.json:
         given.json.write_text(json.dumps(measured, indent=1) + "\n")
 

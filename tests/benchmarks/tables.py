@@ -46,12 +46,35 @@ def comparison_table(rows):
     def median(row, key):
         return shown(row[key]["median"]) if key in row else "-"
     return table(
-        ["contestant", "roll-outs/s", "ratio", "from", "to", "learner us", "worker us",
-         "evaluator us", "share"],
-        [[row["contestant"], median(row, "rate"), f"{row['ratio']['median']:.3f}",
-          f"{row['ratio']['min']:.3f}", f"{row['ratio']['max']:.3f}", median(row, "learner_us"),
-          median(row, "worker_us"), median(row, "evaluator_us"),
-          f"{row['share']['median']:.3f}" if "share" in row else "-"] for row in rows])
+        ["contestant", "roll-outs/s", "from", "to", "learner us", "worker us", "evaluator us"],
+        [[row["contestant"], median(row, "rate"), shown(row["rate"]["min"]),
+          shown(row["rate"]["max"]), median(row, "learner_us"), median(row, "worker_us"),
+          median(row, "evaluator_us")] for row in rows])
+
+
+def case_title(row):
+    duration_us = row["duration_us"]
+    time = f"{duration_us // 1000} ms" if duration_us >= 1000 else f"{duration_us} us"
+    return time if row["mode"] == "burn" else f"{row['workers']}: {time}"
+
+
+def matrix(rows, value):
+    """A row a contestant, a column a case, in the order of the rows."""
+    cases = list(dict.fromkeys(row["case"] for row in rows))
+    titles = {row["case"]: case_title(row) for row in rows}
+    cells = {(row["contestant"], row["case"]): value(row) for row in rows}
+    return table(["contestant", *[titles[case] for case in cases]],
+                 [[contestant, *[cells.get((contestant, case), "-") for case in cases]]
+                  for contestant in dict.fromkeys(row["contestant"] for row in rows)])
+
+
+def ratio_shown(row):
+    low, high = row["ratio"]["min"], row["ratio"]["max"]
+    return f"{row['ratio']['median']:.2f} ({low:.2f}-{high:.2f})"
+
+
+def share_shown(row):
+    return f"{row['share']['median']:.2f}" if "share" in row else "-"
 
 
 def wire_table(rows):
@@ -78,11 +101,15 @@ def report(measured):
         parts += ["Parts: processor time, median of "
                   f"{measured['micro_repetitions']} repetitions; spread (max - min) / median",
                   micro_table(measured["micro"])]
-    cases = {}
-    for row in measured["comparison"]:
-        cases.setdefault((row["part"], row["case"], row["ratio_to"]), []).append(row)
-    for (part, case, first), rows in cases.items():
-        parts += [f"{part}: {case}; ratio to {first} of the same round", comparison_table(rows)]
+    for part in dict.fromkeys(row["part"] for row in measured["comparison"]):
+        rows = [row for row in measured["comparison"] if row["part"] == part]
+        parts += [f"{part}: roll-outs a second as a ratio to {rows[0]['ratio_to']} of the same "
+                  "round: median (lowest-highest)", matrix(rows, ratio_shown)]
+        if any("share" in row for row in rows):
+            parts += [f"{part}: share of all processor time that roll-outs take",
+                      matrix(rows, share_shown)]
+        for case in dict.fromkeys(row["case"] for row in rows):
+            parts += [case, comparison_table([row for row in rows if row["case"] == case])]
     if measured["wire"]:
         parts += ["On the wire, counted by a listener", wire_table(measured["wire"])]
     parts += [f"skipped: {line}" for line in measured["skipped"]]
