@@ -154,8 +154,7 @@ void AtomicFile::flush() {
 }
 
 void AtomicFile::fail(int error) const {
-  throw std::runtime_error(
-      fmt::format("cannot write {}: {}", path_.string(), std::generic_category().message(error)));
+  throw std::system_error(error, std::generic_category(), "cannot write " + path_.string());
 }
 
 void write_atomically(const fs::path& path, std::string_view text) {

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
+#include <system_error>
 #include <vector>
 
 #include "common/files/atomic_file.h"
@@ -153,7 +155,7 @@ class RolloutTable {
   void put(const std::string& text) {
     if (file_) return file_->append(text);
     if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) {
-      throw std::runtime_error("cannot write to standard output");
+      throw std::system_error(errno, std::generic_category(), "cannot write to standard output");
     }
   }
 

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <optional>
 #include <stdexcept>
+#include <system_error>
 
 #include "common/files/atomic_file.h"
 #include "common/protocol/limits.h"
@@ -167,6 +168,8 @@ JournalTail read_numbered(const fs::path& journal, const StudyInJournal& study,
     try {
       if (!stages) stages.emplace(studies, study, repetitions_now);
       if (const std::optional<NumberedRecord> numbered = stages->next(record)) on_record(*numbered);
+    } catch (const std::system_error&) {
+      throw;  // of a file that `on_record` writes: no fault of the record's
     } catch (const std::runtime_error& error) {
       throw std::runtime_error(fmt::format("{}: record {} at byte {}: {}", journal.string(), number,
                                            offset, error.what()));

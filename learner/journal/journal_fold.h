@@ -41,7 +41,7 @@ struct NumberedRecord {
 };
 /// Reads a journal to its end, or to the record that extends this study.
 /// Throws as fold_journal() does, and with the record's place what `on_record` throws as
-/// std::runtime_error.
+/// std::runtime_error, unless that is a std::system_error.
 JournalTail read_numbered(const std::filesystem::path& journal, const StudyInJournal& study,
                           std::int32_t repetitions_now,
                           const std::function<void(const NumberedRecord&)>& on_record);

@@ -17,6 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 using JournalUseTest = ReplayTest;
@@ -48,6 +49,16 @@ TEST_F(JournalUseTest, ARowSaysWhereThetaCameFromAndWhoEvaluatedIt) {
   }
   EXPECT_EQ(num_evaluations, (std::map<int, int>{{-2, 4}, {-1, 4}}));
   EXPECT_GE(num_switches, 1);
+}
+
+TEST_F(JournalUseTest, AFullDiskIsNoFaultOfTheJournal) {
+  const fs::path directory = learn("full");
+  const Said said =
+      run("treeroll-replay", {directory.string(), "--export", "csv", "--output", "/dev/full"});
+  EXPECT_EQ(said.status, 1);
+  EXPECT_THAT(said.errors, HasSubstr("/dev/full"));
+  EXPECT_THAT(said.errors, HasSubstr("No space left on device"));
+  EXPECT_THAT(said.errors, Not(HasSubstr("journal.lcmlog")));
 }
 
 TEST_F(JournalUseTest, WritesThePolicyOfAnyRolloutAndTheStart) {

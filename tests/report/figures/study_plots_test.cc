@@ -288,6 +288,12 @@ TEST(StudyPlotsTest, TheMeanOverAllRolloutsHasItsIntervalAndItsRuns) {
   EXPECT_THAT(plot.commands, HasSubstr("'tree (3)' -1"));
 }
 
+TEST(StudyPlotsTest, AStudyWithoutAnyRewardIsDrawnFromZero) {
+  StudyResults study{.name = "mine", .directory = "", .runs = {}};
+  for (int i = 0; i < 2; ++i) study.runs.push_back(run_with("tree", i, i, {0, 0}));
+  EXPECT_THAT(find(study_plots(study), "average_rewards").commands, HasSubstr("set xrange [0:1]"));
+}
+
 TEST(StudyPlotsTest, RolloutsAreMarkedAtRoundNumbers) {
   StudyResults study{.name = "long", .directory = "", .runs = {}};
   study.runs.push_back(run_with("a", 0, 0, std::vector<double>(150, .1)));
