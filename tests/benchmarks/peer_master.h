@@ -53,9 +53,14 @@ PeerMeasurement run_master(PeerLinks& links, const PeerRollouts& rollouts,
 /// Executes what it is sent until it is told to end.
 void run_peer_worker(PeerLink& link, PeerRollouts& rollouts);
 
-/// No messaging at all: executes until the end and counts what ends within the measured time.
-std::int64_t run_alone(PeerRollouts& rollouts, std::chrono::steady_clock::time_point from,
-                       std::chrono::steady_clock::time_point to);
+/// Roll-outs of a process that has no master.
+struct LoneCount {
+  std::int64_t measured = 0;  ///< that ended within the measured time
+  std::int64_t in_all = 0;
+};
+/// No messaging at all: executes until the end of the measured time.
+LoneCount run_alone(PeerRollouts& rollouts, std::chrono::steady_clock::time_point from,
+                    std::chrono::steady_clock::time_point to);
 
 /// Processor time of this process, or of the children it has waited for.
 double processor_s(int who);

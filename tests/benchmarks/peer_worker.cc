@@ -13,15 +13,14 @@ void run_peer_worker(PeerLink& link, PeerRollouts& rollouts) {
   }
 }
 
-std::int64_t run_alone(PeerRollouts& rollouts, std::chrono::steady_clock::time_point from,
-                       std::chrono::steady_clock::time_point to) {
-  std::int64_t number = 0;
-  std::int64_t counted = 0;
+LoneCount run_alone(PeerRollouts& rollouts, std::chrono::steady_clock::time_point from,
+                    std::chrono::steady_clock::time_point to) {
+  LoneCount count;
   for (;;) {
-    (void)rollouts.evaluate(rollouts.request(number++));
+    (void)rollouts.evaluate(rollouts.request(count.in_all++));
     const auto now = std::chrono::steady_clock::now();
-    if (now >= to) return counted;
-    if (now >= from) ++counted;
+    if (now >= to) return count;
+    if (now >= from) ++count.measured;
   }
 }
 

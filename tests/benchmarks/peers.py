@@ -61,9 +61,9 @@ def outstanding(case, batch):
 
 
 def alone(settings, case):
-    answer = run([settings.programs / "benchmark-pool", *options(settings, case, 1, 1),
-                  "--workers", case.workers, "--alone"])
-    return {"rate": answer["results"] / answer["measured_s"]}
+    return as_measurement(case, run(
+        [settings.programs / "benchmark-pool", *options(settings, case, 1, 1),
+         "--workers", case.workers, "--alone"]))
 
 
 def pool(batch):

@@ -140,19 +140,19 @@ PeerMeasurement measure_alone(const PeerOptions& options, PeerRollouts& rollouts
   std::vector<int> sockets;
   for (int i = 0; i < options.workers; ++i) {
     sockets.push_back(start_child([&](int socket) {
-      const PeerResult counted{run_alone(rollouts, from, to), 0};
-      send_items(socket, std::span(&counted, 1));
+      const LoneCount count = run_alone(rollouts, from, to);
+      send_items(socket, std::span(&count, 1));
     }));
   }
   PeerMeasurement measurement;
   measurement.measured_s = 1e-3 * options.measured_ms;
-  Inbox<PeerResult> inbox;
+  Inbox<LoneCount> inbox;
   for (const int socket : sockets) {
-    const auto counted = inbox.receive(socket);
-    if (counted.empty()) throw std::runtime_error("a worker has ended before its time");
-    measurement.results += counted.front().number;
+    const auto counts = inbox.receive(socket);
+    if (counts.empty()) throw std::runtime_error("a worker has ended before its time");
+    measurement.results += counts.front().measured;
+    measurement.results_in_all += counts.front().in_all;
   }
-  measurement.results_in_all = measurement.results;
   return measurement;
 }
 
