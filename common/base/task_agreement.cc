@@ -62,6 +62,14 @@ std::string task_content(const std::string& name, const json& settings,
   return content.dump();
 }
 
+std::optional<TaskDescription> described_in(const std::string& content) {
+  const json object = json::parse(content, nullptr, false);
+  const auto described = object.find("described");
+  if (!object.is_object() || described == object.end()) return std::nullopt;
+  const Result<TaskDescription> read = task_description_from_json(described->dump());
+  return read ? std::optional(*read) : std::nullopt;
+}
+
 void check_agreement(const json& content, const json& settings,
                      const TaskDescription& description) {
   const auto described = content.find("described");

@@ -21,6 +21,9 @@ namespace treeroll {
 std::string task_content(const std::string& name, const nlohmann::json& settings,
                          const TaskDescription* described);
 
+/// What a task has said of itself, as a content holds it; nothing if it is not resolved.
+std::optional<TaskDescription> described_in(const std::string& content);
+
 /// Throws ConfigError, naming the key and both values, if a content is resolved and a task makes
 /// anything else of it: other defaults, a setting more or less, another description or version.
 /// @param content      a JSON object as above

@@ -67,7 +67,7 @@ inline constexpr std::size_t kNumericClassesMax = 1024;
 /// Of the name of a numeric class, and of a host's in the journal; longer ones are cut.
 inline constexpr std::size_t kNumericClassBytesMax = 128;
 inline constexpr std::size_t kHostNameBytesMax = 64;
-/// The journal's lag: results written and not yet on stable storage, at most 350 bytes each.
+/// The journal's lag: results written and not yet on stable storage, at most 358 bytes each.
 inline constexpr std::int64_t kUnsyncedResultsMax = 65'536;
 
 // A worker.

@@ -44,6 +44,9 @@ namespace {
 namespace fs = std::filesystem;
 using transport::Channel;
 
+/// Their files take seconds, which is said.
+constexpr std::size_t kManyRuns = 300;
+
 /// A fresh name for this incarnation: answers to an earlier one cannot pass.
 protocol::LearnerId draw_learner_id() {
   std::random_device device;
@@ -126,6 +129,8 @@ class LearnerDaemon : private learner::EffectHandler {
   }
 
   const learner::LearnerCore& core() const { return *core_; }
+  /// Once it is done.
+  std::vector<RunRecord> take_results() { return std::move(*core_).run_records(); }
 
  private:
   void stop(int signal) {
@@ -320,9 +325,12 @@ int run_learner(const LearnerOptions& options) {
   }
   const double elapsed_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const std::vector<RunRecord> runs = daemon.core().run_records();
+  const std::vector<RunRecord> runs = daemon.take_results();
+  if (runs.size() >= kManyRuns) {
+    spdlog::info("writes the policies of {} runs to {}", runs.size(), files.directory.string());
+  }
   const StudySummary summary{loaded.study.name,
-                             summarize(runs, daemon.core().noisy_conditions()),
+                             summarize(runs, daemon.core().determinism()),
                              daemon.core().counters(),
                              daemon.core().worker_records(),
                              elapsed_s,

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
@@ -130,18 +131,22 @@ void print(const Worth& worth, bool as_json) {
   const double reward = mean_reward(outcomes).value_or(0);
   const std::optional<Interval> interval = mean_interval_95(rewards_of(outcomes));
   const auto failed = std::ranges::find_if(outcomes, [](const Outcome& o) { return !o.is_ok(); });
+  const auto num_discarded =
+      std::ranges::count_if(outcomes, [](const Outcome& o) { return o.is_discarded(); });
   const auto num_failed =
-      std::ranges::count_if(outcomes, [](const Outcome& o) { return !o.is_ok(); });
+      std::ranges::count_if(outcomes, [](const Outcome& o) { return !o.is_ok(); }) - num_discarded;
+  const auto num_valued = static_cast<std::int64_t>(outcomes.size()) - num_discarded;
   const Outcome& shown = failed == outcomes.end() ? outcomes.front() : *failed;
   if (as_json) {
     json said{{"policy", worth.policy_file.string()},
               {"condition", worth.condition},
               {"task", worth.task},
-              {"reward", reward},
+              {"reward", num_valued > 0 ? json(reward) : json(nullptr)},
               {"status", name(shown.status())},
               {"reason", shown.reason()},
               {"evaluations", outcomes.size()},
               {"failed", num_failed},
+              {"discarded", num_discarded},
               {"interval_95", nullptr},
               {"policy_is", nullptr},
               {"beside", nullptr}};
@@ -155,13 +160,17 @@ void print(const Worth& worth, bool as_json) {
   if (!relation.other.empty()) {
     policy += fmt::format("; the {} is {}", relation.other_what, relation.other.string());
   }
-  fmt::print("policy  {}\ntask    {}\nreward  {}", policy, worth.task, reward);
-  if (outcomes.size() > 1) {
-    fmt::print(" {}, the mean of {} evaluations", shown_interval(interval), outcomes.size());
+  fmt::print("policy  {}\ntask    {}\nreward  {}", policy, worth.task,
+             num_valued > 0 ? fmt::format("{}", reward) : "none: its trials are void");
+  if (num_valued > 1) {
+    fmt::print(" {}, the mean of {} evaluations", shown_interval(interval), num_valued);
   }
   fmt::print("\nstatus  {}", in_words(shown));
   if (outcomes.size() > 1 && num_failed > 0) {
     fmt::print(" ({} of {} evaluations failed)", num_failed, outcomes.size());
+  }
+  if (outcomes.size() > 1 && num_discarded > 0) {
+    fmt::print(" ({} of {} evaluations were discarded)", num_discarded, outcomes.size());
   }
   fmt::print("\n");
 }
@@ -183,6 +192,10 @@ void evaluate_policy(const EvaluateOptions& options) {
   }();
   check_dims(*file.policy, task, options.policy_file);
 
+  if (options.seed > std::numeric_limits<std::int64_t>::max() - (options.evaluations - 1)) {
+    throw ConfigError("--seed", std::to_string(options.seed),
+                      fmt::format("must leave room for {} seeds", options.evaluations));
+  }
   std::vector<Outcome> outcomes;
   for (int i = 0; i < options.evaluations; ++i) {
     const PolicyEvaluation done = evaluate_with(options.worker_program, task,

@@ -1,6 +1,7 @@
 #include "learner/app/progress_line.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -34,13 +35,13 @@ std::string as_time(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600);
 }
 
-/// ", 12 failed, 3 discarded, the last: run 0 (tree, repetition 0), roll-out 7: diverged".
+/// "; 12 failed, 3 discarded, the last failure: run 0 (tree, repetition 0), roll-out 7: diverged".
 std::string failures(const protocol::LearnerStatus& status) {
-  std::string text;
-  if (status.num_failed > 0) text += fmt::format(", {} failed", status.num_failed);
-  if (status.num_discarded > 0) text += fmt::format(", {} discarded", status.num_discarded);
-  if (!status.last_failure.empty()) text += fmt::format(" (the last: {})", status.last_failure);
-  return text;
+  std::vector<std::string> said;
+  if (status.num_failed > 0) said.push_back(fmt::format("{} failed", status.num_failed));
+  if (status.num_discarded > 0) said.push_back(fmt::format("{} discarded", status.num_discarded));
+  if (!status.last_failure.empty()) said.push_back("the last failure: " + status.last_failure);
+  return said.empty() ? "" : fmt::format("; {}", fmt::join(said, ", "));
 }
 
 std::string as_rate(double per_s) {
@@ -72,14 +73,15 @@ void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
   pace_.note(now, num_done, status.num_evaluators);
   if (now - *last_shown_ < period(in_place_, status.elapsed_s)) return;
   last_shown_ = now;
-  if (num_done == 0) return;  // the warning above says why
+  const std::string failed = failures(status);
+  if (num_done == 0 && failed.empty()) return;  // the warning above says why
   const double share = static_cast<double>(num_done) / static_cast<double>(num_in_all);
   const std::string text = fmt::format(
-      "{} of {} roll-outs ({:.0f} %), {} of {} runs done, {}{}; {} workers with {} evaluators{}",
+      "{} of {} roll-outs ({:.0f} %), {} of {} runs done, {}; {} workers with {} evaluators{}{}",
       num_done, num_in_all, 100. * share, status.num_runs_done, status.num_runs,
       status.best_reward > 0 ? "best " + shown_reward(status.best_reward)
                              : "no positive reward yet",
-      failures(status), status.num_workers, status.num_evaluators, pace(num_in_all - num_done));
+      status.num_workers, status.num_evaluators, pace(num_in_all - num_done), failed);
   if (in_place_) return show_status_line(bar(share) + text);
   spdlog::info("{}", text);
 }

@@ -122,7 +122,9 @@ void say(const StateFiles& files, const JournalTail& tail, const Contents& conte
   if (contents.num_results > 0) {
     fmt::print("classes    {}\n", class_list(contents.origins.results_by_class()));
   }
-  if (contents.num_discarded > 0) fmt::print("discarded  {} trials\n", contents.num_discarded);
+  if (contents.num_discarded > 0) {
+    fmt::print("discarded  {} trials, those that were given up too\n", contents.num_discarded);
+  }
   if (contents.time) fmt::print("learning   {:.1f} s\n", to_seconds(contents.time->elapsed));
   if (contents.num_extensions > 0) fmt::print("extended   {} times\n", contents.num_extensions);
 }
@@ -155,8 +157,8 @@ std::optional<int> compare_starts(const StateFiles& files, const LoadedStudy& st
   return agree ? std::optional(num_fits) : std::nullopt;
 }
 
-void say_missing(const learner::LearnerCore& core, const StateFiles& files) {
-  const std::string missing = what_is_missing(core.study(), core.run_records());
+void say_missing(const Study& study, const std::vector<RunRecord>& runs, const StateFiles& files) {
+  const std::string missing = what_is_missing(study, runs);
   if (missing.empty()) return;
   fmt::print("missing    {}: treeroll-learner --resume {} goes on\n", missing,
              files.directory.string());
@@ -180,7 +182,8 @@ bool verify(const StateFiles& files, bool refit) {
     if (!num_fits) return false;
     fmt::print("starts     {} fits give what the study holds\n", *num_fits);
   }
-  say_missing(core, files);
+  const std::vector<RunRecord> runs = std::move(core).run_records();
+  say_missing(state.loaded.study, runs, files);
   if (!tail.sealed && contents.num_seals > 0) {
     fmt::print("results    not compared: they are those of an earlier stop\n");
     return true;
@@ -189,7 +192,7 @@ bool verify(const StateFiles& files, bool refit) {
     fmt::print("results    no files yet\n");
     return true;
   }
-  const std::optional<int> num_files = compare_results(files.directory, core.run_records());
+  const std::optional<int> num_files = compare_results(files.directory, runs);
   if (num_files) fmt::print("results    {} files agree\n", *num_files);
   return num_files.has_value();
 }
@@ -205,8 +208,9 @@ void summarize_journal(const StateFiles& files) {
   const StateStudy state = read_state_study(files);
   learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
   fold_state(files, state, TimePoint{}, core);
-  say_missing(core, files);
-  fmt::print("\n{}", to_table(summarize(core.run_records())));
+  const std::vector<RunRecord> runs = std::move(core).run_records();
+  say_missing(state.loaded.study, runs, files);
+  fmt::print("\n{}", to_table(summarize(runs, determinism_of(state.loaded.study))));
 }
 
 void write_results_so_far(const StateFiles& files, const fs::path& directory) {
@@ -217,11 +221,11 @@ void write_results_so_far(const StateFiles& files, const fs::path& directory) {
   learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
   require_journal(files, fold_state(files, state, TimePoint{}, core));
   fs::create_directories(directory);
-  if (const std::string failures = write_results(directory, core.run_records());
-      !failures.empty()) {
+  const std::vector<RunRecord> runs = std::move(core).run_records();
+  if (const std::string failures = write_results(directory, runs); !failures.empty()) {
     throw std::runtime_error(failures);
   }
-  say_missing(core, files);
+  say_missing(state.loaded.study, runs, files);
 }
 
 }  // namespace

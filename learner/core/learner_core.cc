@@ -14,6 +14,15 @@ namespace {
 /// How long roll-outs under way are waited for when the learner is asked to stop.
 constexpr Duration kStopGrace = std::chrono::seconds(5);
 
+/// Thousands of runs must not crowd out roll-outs, nor overrun a watcher's buffer: of runs so much
+/// is told in each of these periods, counted as it fills a receiver's buffer, and exceeded by one
+/// run's messages at most.
+constexpr Duration kNewsPeriod = std::chrono::milliseconds(100);
+constexpr std::size_t kNewsBytes = 12 * 1024;
+/// Whoever has come late, or lost a message, hears of each run again after so many statuses of the
+/// learner, or, of very many, as soon as the bytes allow.
+constexpr int kStatusesPerRepetition = 4;
+
 LearnerSettings with_class(LearnerSettings settings, const std::string& numeric_class) {
   settings.numeric_class = numeric_class;
   return settings;
@@ -42,7 +51,6 @@ LearnerCore::LearnerCore(Study study, LearnerSettings settings)
   runs_.reserve(study_.num_runs());
   for (int run = 0; run < study_.num_runs(); ++run) {
     runs_.emplace_back(study_, run);
-    num_rollouts_ += study_.conditions[run / study_.repetitions].exploration.num_rollouts;
   }
 }
 
@@ -55,7 +63,7 @@ void LearnerCore::step(TimePoint now, const Event& event, Effects& effects) {
 }
 
 TimePoint LearnerCore::next_deadline() const {
-  TimePoint next = next_status_;
+  TimePoint next = has_news() ? std::min(next_news_, next_status_) : next_status_;
   if (const auto workforce = workforce_.next_deadline()) next = std::min(next, *workforce);
   if (stop_at_) next = std::min(next, *stop_at_);
   if (const auto end = time_end()) next = std::min(next, *end);
@@ -111,6 +119,13 @@ void LearnerCore::on(const Turn& turn, const TimerFired&) {
     publish_status(turn);
     turn.log_due();
     next_status_ = turn.now + protocol::kLearnerStatusPeriod;
+    const int num_runs = static_cast<int>(runs_.size());
+    const int num_due = (num_runs + kStatusesPerRepetition - 1) / kStatusesPerRepetition;
+    num_to_repeat_ = std::min(num_to_repeat_ + num_due, num_runs);
+  }
+  if (has_news() && turn.now >= next_news_) {
+    publish_news(turn, kNewsBytes);
+    next_news_ = turn.now + kNewsPeriod;
   }
   finish_if_stopped(turn);
   workforce_.dispatch(turn);
@@ -158,17 +173,13 @@ void LearnerCore::take(const Turn& turn, const AcceptedResult& result, int numer
   Run& run = runs_[result.key.run];
   changed_runs_.insert(result.key.run);
   if (!result.outcome.is_ok()) note_failure(turn, run, result);
-  const bool were_all_in = num_applied_ == num_rollouts_;
   const std::size_t num_switches = run.exploration().switches().size();
   std::function<void(int)> on_applied;
   if (on_applied_) on_applied = [&](int number) { on_applied_(run, number); };
   num_applied_ += run.accept(result.key.number, result.outcome, numeric_class, on_applied);
-  num_evaluated_ += result.key.number < 0 && !result.outcome.is_discarded() ? 1 : 0;
+  if (result.key.number < 0 && run.answer_of(result.key.number)) ++num_evaluated_;
   if (at_work_since_) tell_of_switches(turn, run, num_switches);
-  if (!were_all_in && num_applied_ == num_rollouts_ && at_work_since_) {
-    turn.inform("final evaluations",
-                "all roll-outs are in; what remains is to evaluate the policies they have led to");
-  }
+  if (at_work_since_) tell_of_final_evaluations(turn, run);
   if (run.done()) {
     finish_run(turn, run);
   } else {
@@ -213,6 +224,16 @@ void LearnerCore::draw(const Turn& turn, Run& run) {
   }
 }
 
+/// Once: when the last run has all its roll-outs.
+void LearnerCore::tell_of_final_evaluations(const Turn& turn, const Run& run) {
+  if (told_of_final_evaluations_ || !run.exploration().done()) return;
+  const auto has_all = [](const Run& each) { return each.exploration().done(); };
+  if (!std::all_of(runs_.begin(), runs_.end(), has_all)) return;
+  told_of_final_evaluations_ = true;
+  turn.inform("final evaluations",
+              "all roll-outs are in; what remains is to evaluate the policies they have led to");
+}
+
 /// @param from  switches before are known
 void LearnerCore::tell_of_switches(const Turn& turn, const Run& run, std::size_t from) const {
   const explore::Exploration& exploration = run.exploration();
@@ -232,7 +253,6 @@ void LearnerCore::finish_run(const Turn& turn, Run& run) {
   for (const auto& [layer, id] : policy_ids_[run.index()]) workforce_.release_policy(id);
   policy_ids_[run.index()].clear();
   ++num_done_;
-  publish_run(turn, run.index());
   say_if_start_is_not_beaten(turn, run);
   if (num_done_ < static_cast<int>(runs_.size())) return;
   publish_last_words(turn);
@@ -250,20 +270,27 @@ LedgerCounters LearnerCore::counters() const {
   return counters;
 }
 
-std::vector<RunRecord> LearnerCore::run_records() const {
+std::vector<RunRecord> LearnerCore::run_records() const& {
   std::vector<RunRecord> records;
   records.reserve(runs_.size());
   for (const Run& run : runs_) records.push_back(run.record());
   return records;
 }
 
-std::set<std::string> LearnerCore::noisy_conditions() const {
-  std::set<std::string> noisy;
+std::vector<RunRecord> LearnerCore::run_records() && {
+  std::vector<RunRecord> records;
+  records.reserve(runs_.size());
+  for (Run& run : runs_) records.push_back(std::move(run).record());
+  return records;
+}
+
+std::map<std::string, bool> LearnerCore::determinism() const {
+  std::map<std::string, bool> known;
   for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
     const TaskDescription* facts = workforce_.facts_of(task_ids_[c]);
-    if (facts && !facts->deterministic) noisy.insert(study_.conditions[c].name);
+    if (facts) known[study_.conditions[c].name] = facts->deterministic;
   }
-  return noisy;
+  return known;
 }
 
 }  // namespace treeroll::learner

@@ -54,13 +54,16 @@ class LearnerCore : private Client {
   LedgerCounters counters() const;
   const Ledger& ledger() const { return workforce_.ledger(); }
   const std::vector<Run>& runs() const { return runs_; }
-  std::vector<RunRecord> run_records() const;
+  std::vector<RunRecord> run_records() const&;
+  /// The same at the end, without a copy of the roll-outs: the core is asked for no answer any
+  /// more.
+  std::vector<RunRecord> run_records() &&;
   /// Accepted results by the numeric class of their workers, as far as it is known.
   const std::map<std::string, std::int64_t>& results_by_class() const {
     return workforce_.classes().counts();
   }
-  /// Names of those whose task has been described as not deterministic.
-  std::set<std::string> noisy_conditions() const;
+  /// By condition whose task has been described: whether it is deterministic.
+  std::map<std::string, bool> determinism() const;
   std::vector<WorkerRecord> worker_records() const {
     return workforce_.workers().records(started_at_);
   }
@@ -86,6 +89,7 @@ class LearnerCore : private Client {
                   const TaskDescription& facts) override;
 
   void draw(const Turn& turn, Run& run);
+  void tell_of_final_evaluations(const Turn& turn, const Run& run);
   void tell_of_switches(const Turn& turn, const Run& run, std::size_t from) const;
   void finish_run(const Turn& turn, Run& run);
   void note_failure(const Turn& turn, const Run& run, const AcceptedResult& result);
@@ -100,11 +104,11 @@ class LearnerCore : private Client {
 
   // progress.cc: what watchers are told.
   void publish_status(const Turn& turn);
-  std::size_t publish_run(const Turn& turn, int run);
-  std::size_t publish_run_status(const Turn& turn, int run);
+  void publish_news(const Turn& turn, std::size_t bytes_max);
+  std::size_t publish_run(const Turn& turn, int run, bool repeats);
   std::size_t publish_best(const Turn& turn, int run);
-  void repeat_runs(const Turn& turn, int num_runs, std::size_t bytes_max);
   void publish_last_words(const Turn& turn);
+  bool has_news() const { return !changed_runs_.empty() || num_to_repeat_ > 0; }
 
   Study study_;
   protocol::LearnerId learner_id_;
@@ -120,20 +124,21 @@ class LearnerCore : private Client {
   std::vector<ContentHash> task_ids_;                   // by condition
 
   int num_done_ = 0;
-  std::int64_t num_rollouts_ = 0;     // of all runs
-  std::int64_t num_applied_ = 0;      // of those
+  std::int64_t num_applied_ = 0;      // of all runs' roll-outs
   std::int64_t num_evaluated_ = 0;    // outside the budget
   std::optional<TimePoint> stop_at_;  // stopping, no later than this
   TimePoint started_at_;
+  bool told_of_final_evaluations_ = false;
   std::optional<TimePoint> at_work_since_;  // of this incarnation, its recovery behind it
   LearningTime learnt_;                     // as the journal has it
   Duration learnt_before_{};                // by earlier incarnations
   bool time_is_up_ = false;                 // by the journal
   TimePoint next_status_;
   std::set<int> changed_runs_;  // since their last status message
-  int last_status_run_ = -1;
-  int next_repeated_status_ = 0;  // by run: whose turn it is
-  int next_repeated_best_ = 0;
+  TimePoint next_news_;
+  int last_changed_run_ = -1;  // whose turn it was
+  int num_to_repeat_ = 0;      // runs
+  int next_repeated_run_ = 0;
   std::map<int, double> announced_best_;
   std::string last_failure_;  // in words; empty: none
   LogLimiter log_limiter_;

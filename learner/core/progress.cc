@@ -14,15 +14,11 @@
 namespace treeroll::learner {
 namespace {
 
-/// What watchers are told of runs in one period: thousands of runs must not crowd out roll-outs.
-/// Exceeded by one run's messages at most. What has changed goes first; runs take turns.
-constexpr std::size_t kRunBytesPerPeriod = 128 * 1024;
-/// Whoever has come late, or lost a message, hears of each run again after so many periods, or, of
-/// very many, as soon as the bytes allow.
-constexpr int kPeriodsPerRepetition = 4;
-
-/// Of a message on the wire beside its texts.
-constexpr std::size_t kFrameBytes = 192;
+/// What a message takes of a receiver's buffer beside its texts, of which a policy's piece is one:
+/// the kernel counts so much for the smallest.
+constexpr std::size_t kMessageBytes = 1024;
+/// Half of the buffer that Linux gives a socket.
+constexpr std::size_t kLastWordsBytes = 100 * 1024;
 
 /// @return bytes sent
 std::size_t send_in_pieces(const Turn& turn, protocol::BestPolicy best, const std::string& policy) {
@@ -33,8 +29,7 @@ std::size_t send_in_pieces(const Turn& turn, protocol::BestPolicy best, const st
     best.policy = protocol::piece_of(policy, best.index);
     turn.effects.emplace_back(SendMessage{best});
   }
-  return policy.size() +
-         static_cast<std::size_t>(num_pieces) * (kFrameBytes + best.condition.size());
+  return policy.size() + static_cast<std::size_t>(num_pieces) * kMessageBytes;
 }
 
 protocol::RunStatus run_status(const Run& run, const Condition& condition) {
@@ -99,6 +94,7 @@ void LearnerCore::say_if_start_is_not_beaten(const Turn& turn, const Run& run) c
   const std::optional<Answer> start = run.answer_of(Run::kStart);
   const std::optional<Answer> final_policy = run.answer_of(Run::kFinal);
   if (!at_work_since_ || !facts || !facts->deterministic || !start->outcome.is_ok()) return;
+  if (final_policy->outcome.is_discarded()) return;
   const explore::Exploration::Best& best = run.exploration().best();
   const double best_reward = best.rollout >= 0 ? best.reward : 0;
   const double final_reward = final_policy->outcome.reward();
@@ -110,30 +106,24 @@ void LearnerCore::say_if_start_is_not_beaten(const Turn& turn, const Run& run) c
                         shown_reward(best_reward), shown_reward(final_reward)));
 }
 
-/// These return how many bytes they send.
-std::size_t LearnerCore::publish_run(const Turn& turn, int index) {
+/// @param repeats  the best policy goes along even if it is no news
+/// @return what it takes of a receiver's buffer
+std::size_t LearnerCore::publish_run(const Turn& turn, int index, bool repeats) {
   changed_runs_.erase(index);
-  const std::size_t bytes = publish_run_status(turn, index);
-  const explore::Exploration::Best& best = runs_[index].exploration().best();
-  double& announced = announced_best_.try_emplace(index, -1).first->second;
-  if (best.rollout < 0 || best.reward <= announced) return bytes;
-  announced = best.reward;
-  return bytes + publish_best(turn, index);
-}
-
-std::size_t LearnerCore::publish_run_status(const Turn& turn, int index) {
   const Run& run = runs_[index];
-  const Condition& condition = study_.conditions[run.condition()];
-  protocol::RunStatus status = run_status(run, condition);
+  protocol::RunStatus status = run_status(run, study_.conditions[run.condition()]);
   status.learner_id = learner_id_;
   turn.effects.emplace_back(SendMessage{std::move(status)});
-  return kFrameBytes + condition.name.size();
+  const explore::Exploration::Best& best = run.exploration().best();
+  double& announced = announced_best_.try_emplace(index, -1).first->second;
+  if (best.rollout < 0 || (best.reward <= announced && !repeats)) return kMessageBytes;
+  announced = best.reward;
+  return kMessageBytes + publish_best(turn, index);
 }
 
 std::size_t LearnerCore::publish_best(const Turn& turn, int index) {
   const Run& run = runs_[index];
   const explore::Exploration::Best& best = run.exploration().best();
-  if (best.rollout < 0) return 0;
   return send_in_pieces(turn,
                         {.learner_id = learner_id_,
                          .run = index,
@@ -146,40 +136,29 @@ std::size_t LearnerCore::publish_best(const Turn& turn, int index) {
                         run.best_policy());
 }
 
-/// Of so many runs the status, then the best policy, as far as the bytes go.
-void LearnerCore::repeat_runs(const Turn& turn, int num_runs, std::size_t bytes_max) {
-  const auto take_turn = [this](int& next) {
-    const int index = next;
-    next = (next + 1) % static_cast<int>(runs_.size());
-    return index;
-  };
+/// Of runs, as far as the bytes go: what has changed first, then what is repeated. All take turns.
+void LearnerCore::publish_news(const Turn& turn, std::size_t bytes_max) {
   std::size_t bytes = 0;
-  for (int i = 0; i < num_runs && bytes < bytes_max; ++i) {
-    bytes += publish_run_status(turn, take_turn(next_repeated_status_));
+  while (bytes < bytes_max && !changed_runs_.empty()) {
+    auto next = changed_runs_.upper_bound(last_changed_run_);
+    if (next == changed_runs_.end()) next = changed_runs_.begin();
+    last_changed_run_ = *next;
+    bytes += publish_run(turn, last_changed_run_, false);
   }
-  for (int i = 0; i < num_runs && bytes < bytes_max; ++i) {
-    bytes += publish_best(turn, take_turn(next_repeated_best_));
+  for (; bytes < bytes_max && num_to_repeat_ > 0; --num_to_repeat_) {
+    bytes += publish_run(turn, next_repeated_run_, true);
+    next_repeated_run_ = (next_repeated_run_ + 1) % static_cast<int>(runs_.size());
   }
 }
 
-/// Everything once more, as far as one period's bytes go.
+/// Everything once more, as far as a receiver's buffer has room: nothing comes after.
 void LearnerCore::publish_last_words(const Turn& turn) {
-  repeat_runs(turn, static_cast<int>(runs_.size()), kRunBytesPerPeriod);
   publish_status(turn);
+  num_to_repeat_ = static_cast<int>(runs_.size());
+  publish_news(turn, kLastWordsBytes);
 }
 
 void LearnerCore::publish_status(const Turn& turn) {
-  std::size_t bytes = 0;
-  while (bytes < kRunBytesPerPeriod && !changed_runs_.empty()) {
-    auto next = changed_runs_.upper_bound(last_status_run_);
-    if (next == changed_runs_.end()) next = changed_runs_.begin();
-    last_status_run_ = *next;
-    bytes += publish_run(turn, last_status_run_);
-  }
-  const int num_repeated =
-      (static_cast<int>(runs_.size()) + kPeriodsPerRepetition - 1) / kPeriodsPerRepetition;
-  repeat_runs(turn, num_repeated, kRunBytesPerPeriod - std::min(bytes, kRunBytesPerPeriod));
-
   const LedgerCounters now_counted = counters();
   protocol::LearnerStatus status;
   status.learner_id = learner_id_;
@@ -193,8 +172,7 @@ void LearnerCore::publish_status(const Turn& turn) {
   status.num_runs_done = num_done_;
   status.num_workers = workforce_.workers().num_joined();
   status.num_evaluators = workforce_.workers().num_evaluators();
-  status.num_rollouts = num_rollouts_;
-  status.num_evaluations = static_cast<std::int64_t>(runs_.size());
+  status.num_evaluations = static_cast<std::int64_t>(runs_.size()) * (1 + study_.final_evaluations);
   status.num_evaluated = num_evaluated_;
   status.num_issued = now_counted.issued;
   status.num_applied = now_counted.applied;
@@ -208,7 +186,12 @@ void LearnerCore::publish_status(const Turn& turn) {
   status.num_reissued = now_counted.reissued;
   status.num_conflicting = now_counted.conflicting;
   for (const Run& run : runs_) {
-    const explore::Exploration::Best& best = run.exploration().best();
+    const explore::Exploration& exploration = run.exploration();
+    // One that has ended early draws no more.
+    status.num_rollouts += exploration.done()
+                               ? exploration.num_told()
+                               : study_.conditions[run.condition()].exploration.num_rollouts;
+    const explore::Exploration::Best& best = exploration.best();
     if (best.rollout >= 0) status.best_reward = std::max(status.best_reward, best.reward);
   }
   turn.effects.emplace_back(SendMessage{std::move(status)});

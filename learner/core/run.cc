@@ -75,8 +75,8 @@ int Run::accept(int number, const Outcome& outcome, int numeric_class,
                       : exploration_.find(number) && !held_.contains(number),
         "a result nobody asked for");
   if (outcome.is_discarded()) {
-    ++num_discarded_;
     if (++discards_[number] <= study_->discards_max) {
+      ++num_discarded_;
       wanted_again_.push_back(number);
       return 0;
     }
@@ -153,12 +153,23 @@ std::string Run::best_policy() const {
   return policy_text(exploration_.policy(best.layer), best.theta);
 }
 
-RunRecord Run::record() const {
+RunRecord Run::record() const& {
+  RunRecord record = record_without_rollouts();
+  record.rollouts = records_;
+  return record;
+}
+
+RunRecord Run::record() && {
+  RunRecord record = record_without_rollouts();
+  record.rollouts = std::move(records_);
+  return record;
+}
+
+RunRecord Run::record_without_rollouts() const {
   RunRecord record;
   record.condition = study_->conditions[condition_].name;
   record.repetition = repetition_;
   record.run = index_;
-  record.rollouts = records_;
   record.reasons = reasons_;
   record.num_discarded = num_discarded_;
   const explore::Exploration::Best& best = exploration_.best();

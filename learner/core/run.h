@@ -68,9 +68,12 @@ class Run {
   /// Best policy so far as JSON; empty if its theta makes none, which can only be while every
   /// roll-out has failed. Precondition: a result has been applied.
   std::string best_policy() const;
-  RunRecord record() const;
+  RunRecord record() const&;
+  /// The same, without a copy of the roll-outs.
+  RunRecord record() &&;
 
  private:
+  RunRecord record_without_rollouts() const;
   void apply(int number, const Answer& answer);
 
   const Study* study_;

@@ -4,13 +4,12 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
 
 #include "common/files/atomic_file.h"
+#include "common/files/whole_file.h"
 #include "learner/worker_program/process.h"
 
 namespace treeroll::report {
@@ -30,25 +29,20 @@ fs::path find_gnuplot() {
   throw std::runtime_error("gnuplot is not installed: apt-get install gnuplot-nox");
 }
 
-std::string content(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 /// PNG holds its dots an inch in a chunk that gnuplot does not write: 11811 dots a metre are 300 an
 /// inch. The last four bytes are the CRC of those before.
 void tell_resolution(const fs::path& png) {
   constexpr std::size_t kHeaderEnd = 33;  // signature and IHDR
   constexpr std::string_view kChunk("\0\0\0\x09pHYs\0\0\x2e\x23\0\0\x2e\x23\x01\x78\xa5\x3f\x76",
                                     21);
-  std::string bytes = content(png);
+  std::string bytes = read_whole_file(png);
   if (bytes.size() < kHeaderEnd) throw std::runtime_error(png.string() + ": is no PNG");
   write_atomically(png, bytes.insert(kHeaderEnd, kChunk));
 }
 
 /// The library that writes PDF dates it. A blank of the same length keeps all offsets in the file.
 void take_date_away(const fs::path& pdf) {
-  std::string bytes = content(pdf);
+  std::string bytes = read_whole_file(pdf);
   const std::size_t begin = bytes.find("/CreationDate (");
   const std::size_t end = bytes.find(')', begin);
   if (begin == std::string::npos || end == std::string::npos) return;
@@ -66,8 +60,9 @@ Picture draw(const Plot& plot, const fs::path& folder, const std::string& place)
       run_program("/usr/bin/env", {"--chdir=" + folder.string(), gnuplot.string(), plot.id + ".gp"},
                   "", kDrawingTime);
   if (!said) throw std::runtime_error("gnuplot: " + said.error().message);
-  std::string svg = content(folder / (plot.id + ".svg"));
-  if (said->exit_status != 0 || !svg.ends_with("</svg>\n\n")) {
+  std::string svg;
+  if (said->exit_status == 0) svg = read_whole_file(folder / (plot.id + ".svg"));
+  if (!svg.ends_with("</svg>\n\n")) {
     throw std::runtime_error(fmt::format("gnuplot {}.gp ended with status {} in {}", plot.id,
                                          said->exit_status, folder.string()));
   }

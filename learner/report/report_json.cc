@@ -39,7 +39,7 @@ json to_json(const Claim& claim, const ClaimResult& result, const std::optional<
 
 json to_json(const StudyResults& study) {
   json conditions = json::array();
-  for (const ConditionSummary& summary : summarize(study.runs)) {
+  for (const ConditionSummary& summary : summarize(study.runs, study.determinism)) {
     std::vector<double> end;
     std::vector<double> first_switches;
     for (const RunRecord* run : runs_of(study, summary.condition)) {

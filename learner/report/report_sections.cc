@@ -41,7 +41,7 @@ Table reward_table(const StudyResults& study) {
                           "median", "best roll-out: mean", "95 %", "mean policy: mean", "95 %",
                           "roll-outs", "failed roll-outs", "runs without an end"},
               .rows = {}};
-  for (const ConditionSummary& summary : summarize(study.runs)) {
+  for (const ConditionSummary& summary : summarize(study.runs, study.determinism)) {
     const auto runs = runs_of(study, summary.condition);
     const auto end = present(runs, {});
     const auto final_rewards = present(runs, {.kind = MeasureKind::kFinal});
@@ -68,7 +68,7 @@ Table failure_table(const StudyResults& study) {
   Table table{.columns = {"condition", "diverged", "failed", "crashed", "timed out", "given up",
                           "discarded trials", "the last failure"},
               .rows = {}};
-  for (const ConditionSummary& summary : summarize(study.runs)) {
+  for (const ConditionSummary& summary : summarize(study.runs, study.determinism)) {
     if (summary.num_failed == 0 && summary.num_discarded == 0) continue;
     std::vector<Cell> row = {{summary.condition, ""}};
     for (std::size_t i = 1; i < summary.by_status.size(); ++i) {
@@ -86,7 +86,7 @@ Table switch_table(const StudyResults& study) {
   Table table{.columns = {"condition", "runs that switched", "lower quartile", "median",
                           "upper quartile", "switches"},
               .rows = {}};
-  for (const ConditionSummary& summary : summarize(study.runs)) {
+  for (const ConditionSummary& summary : summarize(study.runs, study.determinism)) {
     if (summary.num_switches == 0) continue;
     std::vector<double> first;
     for (const RunRecord* run : runs_of(study, summary.condition)) {
@@ -172,7 +172,7 @@ Section study_section(const StudyResults& study, const std::vector<Picture>& fig
       "counts with reward 0; a run without an end was stopped before its final policy was "
       "evaluated.");
   section.blocks.emplace_back(reward_table(study));
-  for (const ConditionSummary& summary : summarize(study.runs)) {
+  for (const ConditionSummary& summary : summarize(study.runs, study.determinism)) {
     for (const std::string& remark : treeroll::remarks(summary)) {
       section.blocks.emplace_back(remark);
     }

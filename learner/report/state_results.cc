@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "learner/results/state_directory.h"
+#include "learner/results/summary.h"
 #include "learner/state/state_study.h"
 
 namespace treeroll::report {
@@ -28,12 +29,15 @@ StudyResults read_state_results(const fs::path& directory) {
     const StateStudy state = read_state_study(files);
     learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
     fold_state(files, state, TimePoint{}, core);
-    StudyResults results{
-        .name = state.loaded.study.name, .directory = directory, .runs = core.run_records()};
+    StudyResults results{.name = state.loaded.study.name,
+                         .directory = directory,
+                         .runs = std::move(core).run_records()};
+    results.determinism = determinism_of(state.loaded.study);
     results.missing = what_is_missing(state.loaded.study, results.runs);
     return results;
   }
   StudyResults results = read_study_results(directory);
+  results.determinism = determinism_of(load_study(study_of(directory), {}).study);
   const bool all_ended = std::all_of(results.runs.begin(), results.runs.end(),
                                      [](const RunRecord& run) { return run.final_reward; });
   if (!all_ended && fs::is_regular_file(files.journal)) {

@@ -14,7 +14,8 @@ std::string failures(const ConditionSummary& c) {
   std::vector<std::string> kinds;
   for (std::size_t i = 1; i < c.by_status.size(); ++i) {
     if (c.by_status[i] == 0) continue;
-    kinds.push_back(fmt::format("{} {}", c.by_status[i], name(static_cast<RolloutStatus>(i))));
+    kinds.push_back(
+        fmt::format("{} {}", c.by_status[i], name_of_failure(static_cast<RolloutStatus>(i))));
   }
   return fmt::format("{} of {} roll-outs failed: {}; the last: {}", c.num_failed, c.num_rollouts,
                      fmt::join(kinds, ", "), c.last_failure);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "learner/core/run_record.h"
@@ -27,6 +28,11 @@ inline std::int64_t num_with(const RunRecord& run, RolloutStatus status) {
                        [status](const RolloutRecord& rollout) {
                          return is_applied(rollout) && rollout.status == status;
                        });
+}
+
+/// Of failed roll-outs, as columns count them: one whose trials were discarded was given up.
+inline std::string_view name_of_failure(RolloutStatus status) {
+  return status == RolloutStatus::kDiscarded ? "given_up" : name(status);
 }
 
 /// Why it failed, for a person; may be empty.

@@ -71,7 +71,8 @@ std::string write_results(const fs::path& directory, const std::vector<RunRecord
       if (!run.best_policy.empty()) {
         write_atomically(directory / best_policy_file(run), run.best_policy);
       }
-      if (!run.final_policy.empty()) {
+      // Of a run that has not ended the mean policy is no final one.
+      if (run.final_reward && !run.final_policy.empty()) {
         write_atomically(directory / final_policy_file(run), run.final_policy);
       }
     }

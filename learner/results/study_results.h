@@ -17,6 +17,8 @@ struct StudyResults {
   /// By condition that starts from a fit: log-likelihood per sample of the demonstration under the
   /// finest layer. Nothing in the tables tells it; whoever can fit fills it in.
   std::map<std::string, double> log_likelihoods = {};
+  /// What study.toml knows of the tasks; whoever can read it fills it in, too.
+  std::map<std::string, bool> determinism = {};
   /// How far the runs have come; empty if every run has ended.
   std::string missing = {};
 };

@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "common/base/task_agreement.h"
 #include "learner/results/run_counts.h"
 #include "learner/results/state_directory.h"
 
@@ -23,7 +24,7 @@ bool differ(const std::vector<double>& rewards) {
 std::vector<double> start_rewards(const Runs& runs) {
   std::vector<double> rewards;
   for (const RunRecord* run : runs) {
-    if (run->start && !run->start->is_discarded()) rewards.push_back(run->start->reward());
+    if (run->start && run->start->is_ok()) rewards.push_back(run->start->reward());
   }
   return rewards;
 }
@@ -70,7 +71,7 @@ void recommend(const Runs& runs, ConditionSummary& summary) {
   }
 }
 
-ConditionSummary summarize_condition(const Runs& runs, const NoisyConditions& noisy) {
+ConditionSummary summarize_condition(const Runs& runs, const Determinism& known) {
   ConditionSummary summary;
   summary.condition = runs.front()->condition;
   summary.num_runs = static_cast<int>(runs.size());
@@ -101,8 +102,9 @@ ConditionSummary summarize_condition(const Runs& runs, const NoisyConditions& no
   summary.final_interval_95 = runs.size() > 1 ? mean_interval_95(final_rewards)
                                               : mean_interval_95(rewards_of(runs[0]->finals));
   summary.mean_start_reward = mean(start_rewards(runs));
+  const auto said = known.find(summary.condition);
   summary.is_deterministic =
-      !noisy.contains(summary.condition) && !rewards_differ_for_one_policy(runs);
+      said != known.end() ? said->second : !rewards_differ_for_one_policy(runs);
   compare_with_start(runs, summary);
   recommend(runs, summary);
   summary.num_runs_switched = static_cast<int>(first_switches.size());
@@ -112,8 +114,17 @@ ConditionSummary summarize_condition(const Runs& runs, const NoisyConditions& no
 
 }  // namespace
 
+Determinism determinism_of(const Study& study) {
+  Determinism known;
+  for (const Condition& condition : study.conditions) {
+    const std::optional<TaskDescription> described = described_in(condition.task_content);
+    if (described) known[condition.name] = described->deterministic;
+  }
+  return known;
+}
+
 std::vector<ConditionSummary> summarize(const std::vector<RunRecord>& runs,
-                                        const NoisyConditions& noisy) {
+                                        const Determinism& known) {
   std::map<int, const RunRecord*> by_number;
   for (const RunRecord& run : runs) by_number.emplace(run.run, &run);
   // Runs of one condition follow each other by number.
@@ -124,7 +135,7 @@ std::vector<ConditionSummary> summarize(const std::vector<RunRecord>& runs,
   }
   std::vector<ConditionSummary> summaries;
   summaries.reserve(groups.size());
-  for (const auto& group : groups) summaries.push_back(summarize_condition(group, noisy));
+  for (const auto& group : groups) summaries.push_back(summarize_condition(group, known));
   return summaries;
 }
 

@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "learner/core/run_record.h"
+#include "learner/core/study.h"
 #include "learner/results/statistics.h"
 
 namespace treeroll {
@@ -53,14 +53,17 @@ struct ConditionSummary {
   std::optional<Recommendation> recommended;  ///< nothing where no reward was positive
 };
 
-/// Conditions whose tasks say that the same policy has not always the same reward. Of the others it
-/// is found out from their results: the start policy of several repetitions, the final one of
-/// several evaluations.
-using NoisyConditions = std::set<std::string>;
+/// What the tasks of conditions say: whether the same policy has always the same reward. Of a
+/// condition that is not in it, that is found out from the results: the start policy of several
+/// repetitions, the final one of several evaluations.
+using Determinism = std::map<std::string, bool>;
+
+/// As far as the study holds what its tasks said of themselves.
+Determinism determinism_of(const Study& study);
 
 /// A row a condition, in the study's order.
 std::vector<ConditionSummary> summarize(const std::vector<RunRecord>& runs,
-                                        const NoisyConditions& noisy = {});
+                                        const Determinism& known = {});
 
 /// What is to be known of a condition besides its row, a sentence each: what failed, whether the
 /// start was beaten, which policy to take.

@@ -58,7 +58,7 @@ json or_null(const std::optional<ConditionSummary::Recommendation>& chosen) {
 json by_status(const ConditionSummary& c) {
   json counts = json::object();
   for (std::size_t i = 1; i < c.by_status.size(); ++i) {
-    counts[std::string(name(static_cast<RolloutStatus>(i)))] = c.by_status[i];
+    counts[std::string(name_of_failure(static_cast<RolloutStatus>(i)))] = c.by_status[i];
   }
   return counts;
 }

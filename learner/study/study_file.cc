@@ -38,7 +38,7 @@ using protocol::kRunsMax;
 
 constexpr std::size_t kStudyNameBytesMax = 64;
 constexpr std::int64_t kFinalEvaluationsMax = 1000;
-constexpr std::int64_t kDiscardsMax = 1'000'000;
+constexpr std::int64_t kDiscardsMax = 1000;
 /// Three years: far from where nanoseconds overflow.
 constexpr double kStopAfterMaxS = 1e8;
 

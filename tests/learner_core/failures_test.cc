@@ -118,7 +118,14 @@ TEST(DiscardsTest, PastTheLimitEndTheRunWithAWord) {
   cluster.start();
   cluster.run(seconds(100));
   ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
-  EXPECT_EQ(cluster.core->counters().discarded, 9) << "the start, roll-out 0, the final policy";
+  EXPECT_EQ(cluster.core->counters().discarded, 6) << "of start, roll-out 0 and final policy";
+  protocol::LearnerStatus last;
+  for (const protocol::Message& message : cluster.sent) {
+    if (const auto* status = std::get_if<protocol::LearnerStatus>(&message)) last = *status;
+  }
+  EXPECT_EQ(last.num_rollouts, 1) << "the run draws no more";
+  EXPECT_EQ(last.num_applied, 1);
+  EXPECT_EQ(last.num_evaluated, last.num_evaluations);
   EXPECT_THAT(cluster.log, Contains(Field(&LogLine::text,
                                           HasSubstr("roll-out 0: discarded: void; more than 2 of "
                                                     "its trials are void, which ends the run"))));

@@ -148,7 +148,7 @@ TEST(RunTest, OneDiscardTooManyEndsTheRunAfterWhatIsUnderWay) {
   const RunRecord record = finish(run, [](const learner::Run&, const explore::Draw& draw) {
     return draw.rollout == 10 ? Outcome::discarded("caught") : Outcome::ok(reward_of(draw.theta));
   });
-  EXPECT_EQ(record.num_discarded, 3);
+  EXPECT_EQ(record.num_discarded, 2);
   EXPECT_EQ(record.rollouts[10].status, RolloutStatus::kDiscarded);
   EXPECT_EQ(record.rollouts.size(), 13U) << "those that were in flight";
   EXPECT_EQ(last_failure(record), "roll-out 10: discarded: caught");

@@ -53,7 +53,9 @@ TEST(WatchersTest, WhoComesLateHearsOfEveryRunAndItsBestPolicyWithinSeconds) {
 }
 
 TEST(WatchersTest, TheEndTellsEverythingOnceMore) {
-  Cluster cluster(small_study(20, 10));
+  Study study = small_study(20, 10);
+  study.final_evaluations = 3;
+  Cluster cluster(study);
   cluster.add_worker(1, std::chrono::milliseconds(1));
   cluster.start();
   cluster.run(seconds(60), [&] {
@@ -68,19 +70,21 @@ TEST(WatchersTest, TheEndTellsEverythingOnceMore) {
   }
   ASSERT_NE(last, nullptr);
   EXPECT_EQ(last->num_runs_done, 10);
+  EXPECT_EQ(last->num_applied, last->num_rollouts);
+  EXPECT_EQ(last->num_evaluated, last->num_evaluations);
   EXPECT_EQ(last->host, "here");
   EXPECT_EQ(last->pid, 4321);
 }
 
-TEST(WatchersTest, AThousandRunsTakeBoundedBytesAndAllTakeTurns) {
-  Cluster cluster(small_study(1000, 1000));
+TEST(WatchersTest, ThousandsOfRunsTakeBoundedBytesAndAllTakeTurns) {
+  Cluster cluster(small_study(100, 3000));
   cluster.add_worker(1, std::chrono::milliseconds(1));
   cluster.start();
   cluster.run(std::chrono::milliseconds(500));  // one period in each second from here on
   cluster.sent.clear();
   std::set<int> heard;
   std::set<int> heard_best;
-  for (int second = 0; second < 20; ++second) {
+  for (int second = 0; second < 60; ++second) {
     cluster.run(seconds(1));
     std::size_t bytes = 0;
     for (const protocol::Message& message : cluster.sent) {
@@ -93,8 +97,11 @@ TEST(WatchersTest, AThousandRunsTakeBoundedBytesAndAllTakeTurns) {
     heard_best.merge(runs_in<protocol::BestPolicy>(cluster.sent));
     cluster.sent.clear();
   }
-  EXPECT_THAT(heard, SizeIs(1000));
-  EXPECT_THAT(heard_best, SizeIs(1000));
+  EXPECT_THAT(heard, SizeIs(3000));
+  for (const RunRecord& run : cluster.core->run_records()) {
+    EXPECT_EQ(heard_best.contains(run.run), !run.best_policy.empty()) << run.run;
+  }
+  EXPECT_GT(heard_best.size(), 2900U);
 }
 
 TEST(WatchersTest, ASwitchOfLayersIsLoggedWithRunAndCount) {

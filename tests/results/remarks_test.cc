@@ -28,8 +28,8 @@ RunRecord ended(int repetition, double start, const std::vector<double>& rewards
 }
 
 std::vector<std::string> said_of(const std::vector<RunRecord>& runs,
-                                 const NoisyConditions& noisy = {}) {
-  return remarks(summarize(runs, noisy).at(0));
+                                 const Determinism& known = {}) {
+  return remarks(summarize(runs, known).at(0));
 }
 
 TEST(RemarksTest, TheBestPolicyIsTakenWhereRewardsAreCertain) {
@@ -52,13 +52,21 @@ TEST(RemarksTest, TheMeanPolicyIsTakenWhereTheTaskIsNoisyHoweverHighTheBest) {
   // One evaluation each shows no noise: the task says it.
   const std::vector<RunRecord> once = {ended(0, .1, {.95}, {.3})};
   EXPECT_THAT(said_of(once)[0], HasSubstr("take policies/tree-0.json"));
-  EXPECT_THAT(said_of(once, {"tree"})[0], HasSubstr("take policies/tree-0.final.json"));
-  EXPECT_THAT(said_of(once, {"tree"})[0], HasSubstr("study.final_evaluations = 20 says more"));
+  EXPECT_THAT(said_of(once, {{"tree", false}})[0], HasSubstr("take policies/tree-0.final.json"));
+  EXPECT_THAT(said_of(once, {{"tree", false}})[0],
+              HasSubstr("study.final_evaluations = 20 says more"));
 }
 
 TEST(RemarksTest, StartsOfOneConditionThatDifferShowANoisyTask) {
   EXPECT_TRUE(summarize({ended(0, .1, {.5}, {.4}), ended(1, .1, {.5}, {.4})})[0].is_deterministic);
-  EXPECT_FALSE(summarize({ended(0, .1, {.5}, {.4}), ended(1, .2, {.5}, {.4})})[0].is_deterministic);
+  const std::vector<RunRecord> differ = {ended(0, .1, {.5}, {.4}), ended(1, .2, {.5}, {.4})};
+  EXPECT_FALSE(summarize(differ)[0].is_deterministic);
+  // Two numeric classes differ in a last bit: what the task says of itself decides.
+  EXPECT_TRUE(summarize(differ, {{"tree", true}})[0].is_deterministic);
+  // A start that crashed on one host says nothing of the others.
+  std::vector<RunRecord> crashed = {ended(0, .1, {.5}, {.4}), ended(1, .1, {.5}, {.4})};
+  crashed[1].start = Outcome::failed(RolloutStatus::kCrashed);
+  EXPECT_TRUE(summarize(crashed)[0].is_deterministic);
 }
 
 TEST(RemarksTest, ARunThatNeverBeatsItsStartIsCounted) {

@@ -18,7 +18,11 @@ std::string bounded(const std::string& text, std::size_t bytes_max) {
   using nlohmann::json;
   const std::string quoted = json(text.substr(0, std::min(text.find('\0'), bytes_max)))
                                  .dump(-1, ' ', false, json::error_handler_t::replace);
-  return cut_text(json::parse(quoted).get<std::string>(), bytes_max);
+  std::string bounded = cut_text(json::parse(quoted).get<std::string>(), bytes_max);
+  // A line of a log or a table stays one, and a terminal obeys nobody's task.
+  std::ranges::replace_if(
+      bounded, [](unsigned char c) { return c < ' ' || c == 0x7f; }, ' ');
+  return bounded;
 }
 
 Outcome evaluate_checked(Task& task, const TaskDescription& description, Controller& controller,

@@ -361,8 +361,8 @@ void WorkerCore::conclude(const Turn& turn, const WorkEnd& end) {
     ++num_evaluated_;
     const RolloutName& name = answer->name;
     const Outcome& outcome = answer->outcome;
-    if (!outcome.is_ok()) {
-      num_failed_ += outcome.is_discarded() ? 0 : 1;
+    if (!outcome.is_ok() && !outcome.is_discarded()) {
+      ++num_failed_;
       turn.warn("roll-outs answered as failed",
                 fmt::format("answers roll-out {} of run {} as {}{}{}", name.key.number,
                             name.key.run, treeroll::name(outcome.status()),

@@ -34,8 +34,9 @@ Plot average_rewards(const StudyResults& study) {
     labels += fmt::format("{}{} {}", num_rows == 1 ? "" : ", ",
                           literal(fmt::format("{} ({})", condition, rewards.size())), -num_rows);
   }
+  if (all.empty()) return {};
   // gnuplot widens a range without a width around 0, where no reward is.
-  const bool is_one = !all.empty() && std::ranges::max(all) == std::ranges::min(all);
+  const bool is_one = std::ranges::max(all) == std::ranges::min(all);
   const std::string range = is_one ? fmt::format("[0:{}]", std::max(1., 2 * all.front())) : "[*:*]";
   // A set without a point would not be counted.
   plot.data = means + "\n\n" + points + "NaN NaN\n\n\n";

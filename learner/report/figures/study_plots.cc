@@ -52,7 +52,8 @@ Figures study_plots(const StudyResults& study, const NoiseLevels& noise) {
   if (num_places(conditions) > 1 && varies(conditions, 2)) {
     add_curves("learning_curves_across", pages(conditions, 2));
   }
-  plots.push_back(average_rewards(study));
+  Plot averages = average_rewards(study);
+  if (!averages.id.empty()) plots.push_back(std::move(averages));
   for (std::size_t place = 1; place <= num_places(conditions); ++place) {
     Figures tests = p_values(study, place);
     std::move(tests.plots.begin(), tests.plots.end(), std::back_inserter(plots));
