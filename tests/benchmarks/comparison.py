@@ -117,7 +117,7 @@ def summed_up(case, contestant, first, rounds, base):
     return {"case": case.name(), **dataclasses.asdict(case), **row}
 
 
-def compare(settings, quick):
+def compare(settings, quick, after_round):
     """Everything in each round, one after the other; then medians over the rounds."""
     skipped = []
     plan = list(parts(settings, quick, skipped))
@@ -132,6 +132,7 @@ def compare(settings, quick):
                     say(f"round {number + 1} of {settings.rounds}: {part}: {case.name()}: "
                         f"{contestant.name}: {one['rate']:.0f} a second")
                     measured.setdefault((part, case, contestant.name), []).append(one)
+        after_round()
     rows = []
     for part, cases, contestants in plan:
         for case in cases:

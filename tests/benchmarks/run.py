@@ -29,7 +29,7 @@ def machine():
     return {"processor": processor, "processors": len(os.sched_getaffinity(0)),
             "kernel": platform.release(),
             "system": platform.freedesktop_os_release().get("PRETTY_NAME", "unknown system"),
-            "load_before": os.getloadavg()[0]}
+            "loads": [os.getloadavg()[0]]}
 
 
 def sum_up_micro(runs):
@@ -117,6 +117,10 @@ def main():
                    "measuring the parts")
     measured["micro"] = micro(given.programs, given.parts, measured["micro_repetitions"],
                               given.quick)
+    def note_load():
+        measured["machine"]["loads"].append(os.getloadavg()[0])
+
+    note_load()
     if given.parts and not measured["micro"]:
         sys.exit(f"deploy/bench: --parts {given.parts}: no benchmark has such a name")
     measured["comparison"], measured["wire"] = [], []
@@ -124,9 +128,9 @@ def main():
         settings = comparison.Settings(given.programs, HERE / "cluster.toml",
                                        measured_s=0.3 if given.quick else 1.5,
                                        rounds=1 if given.quick else given.rounds)
-        measured["comparison"], measured["skipped"] = comparison.compare(settings, given.quick)
+        measured["comparison"], measured["skipped"] = comparison.compare(
+            settings, given.quick, after_round=note_load)
         measured["wire"] = comparison.on_the_wire(settings, given.quick)
-    measured["machine"]["load_after"] = os.getloadavg()[0]
     print(tables.report(measured), end="")
     if given.json:
         given.json.write_text(json.dumps(measured, indent=1) + "\n")

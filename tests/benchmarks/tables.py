@@ -42,16 +42,6 @@ def micro_table(rows):
     return table(["benchmark", "median", "spread", "a result", "counted"], lines)
 
 
-def comparison_table(rows):
-    def median(row, key):
-        return shown(row[key]["median"]) if key in row else "-"
-    return table(
-        ["contestant", "roll-outs/s", "from", "to", "learner us", "worker us", "evaluator us"],
-        [[row["contestant"], median(row, "rate"), shown(row["rate"]["min"]),
-          shown(row["rate"]["max"]), median(row, "learner_us"), median(row, "worker_us"),
-          median(row, "evaluator_us")] for row in rows])
-
-
 def case_title(row):
     duration_us = row["duration_us"]
     time = f"{duration_us // 1000} ms" if duration_us >= 1000 else f"{duration_us} us"
@@ -73,8 +63,17 @@ def ratio_shown(row):
     return f"{row['ratio']['median']:.2f} ({low:.2f}-{high:.2f})"
 
 
+def rate_shown(row):
+    return shown(row["rate"]["median"])
+
+
 def share_shown(row):
     return f"{row['share']['median']:.2f}" if "share" in row else "-"
+
+
+def processor_time_shown(row):
+    return " / ".join(shown(row[key]["median"]) for key in ("learner_us", "worker_us", "evaluator_us")
+                      if key in row)
 
 
 def wire_table(rows):
@@ -92,25 +91,44 @@ def wire_table(rows):
           str(row["datagrams_lost"])] for row in rows])
 
 
+# How the part of a comparison is headed, and what its columns are.
+PARTS = {
+    "busy": ("Busy evaluators", "columns: a roll-out's processor time"),
+    "asleep": ("Evaluators that wait", "columns: evaluators, a roll-out's time"),
+    "one in flight": ("One in flight", "columns: a roll-out's processor time"),
+    "tcpq": ("tcpq beside multicast", "columns: a roll-out's processor time"),
+}
+
+
+def comparison(part, rows):
+    title, columns = PARTS[part]
+    texts = [f"### {title}",
+             f"Roll-outs a second as a ratio to {rows[0]['ratio_to']} of the same round, median "
+             f"(lowest-highest); {columns}:", matrix(rows, ratio_shown),
+             "Roll-outs a second, median:", matrix(rows, rate_shown)]
+    if any("share" in row for row in rows):
+        texts += ["Share of all processor time that roll-outs take:", matrix(rows, share_shown)]
+    return [*texts, "Processor time a result, us: learner or master / worker daemon, if there is "
+            "one / evaluator beside what the roll-out burns:", matrix(rows, processor_time_shown)]
+
+
 def report(measured):
+    """Every figure as a section of a page."""
     machine = measured["machine"]
-    parts = [f"{machine['processor']}, {machine['processors']} processors, "
-             f"Linux {machine['kernel']}, {machine['system']}; load {machine['load_before']:.1f} "
-             f"before, {machine['load_after']:.1f} after"]
-    if measured["micro"]:
-        parts += ["Parts: processor time, median of "
-                  f"{measured['micro_repetitions']} repetitions; spread (max - min) / median",
-                  micro_table(measured["micro"])]
+    loads = ", ".join(f"{load:.1f}" for load in machine["loads"])
+    texts = ["## Figures",
+             f"{machine['processors']} processors ({machine['processor']}), Linux "
+             f"{machine['kernel']}, {machine['system']}. Load of the machine at the start, and after "
+             f"the parts and each round: {loads}."]
+    if measured["quick"]:
+        texts.append("From `--quick`: no measure of anything.")
     for part in dict.fromkeys(row["part"] for row in measured["comparison"]):
-        rows = [row for row in measured["comparison"] if row["part"] == part]
-        parts += [f"{part}: roll-outs a second as a ratio to {rows[0]['ratio_to']} of the same "
-                  "round: median (lowest-highest)", matrix(rows, ratio_shown)]
-        if any("share" in row for row in rows):
-            parts += [f"{part}: share of all processor time that roll-outs take",
-                      matrix(rows, share_shown)]
-        for case in dict.fromkeys(row["case"] for row in rows):
-            parts += [case, comparison_table([row for row in rows if row["case"] == case])]
+        texts += comparison(part, [row for row in measured["comparison"] if row["part"] == part])
     if measured["wire"]:
-        parts += ["On the wire, counted by a listener", wire_table(measured["wire"])]
-    parts += [f"skipped: {line}" for line in measured["skipped"]]
-    return "\n\n".join(parts) + "\n"
+        texts += ["### On the wire", wire_table(measured["wire"])]
+    if measured["micro"]:
+        texts += ["### Parts", "Processor time; spread is (highest - lowest) / median of "
+                  f"{measured['micro_repetitions']} repetitions.", micro_table(measured["micro"])]
+    if measured["skipped"]:
+        texts += ["### Skipped", "\n".join(f"- {line}" for line in measured["skipped"])]
+    return "\n\n".join(texts) + "\n"

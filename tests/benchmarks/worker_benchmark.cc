@@ -6,10 +6,8 @@
 #include "common/transport/codec.h"
 #include "workers/core/worker_core.h"
 
-namespace treeroll::benchmarks {
+namespace treeroll::worker {
 namespace {
-
-using namespace worker;
 
 constexpr protocol::LearnerId kAsker = 1;
 constexpr protocol::WorkerId kMe = 77;
@@ -147,4 +145,4 @@ BENCHMARK(rollouts)
     ->Unit(benchmark::kMicrosecond);
 
 }  // namespace
-}  // namespace treeroll::benchmarks
+}  // namespace treeroll::worker
