@@ -33,7 +33,6 @@ Message result_batch(std::int32_t size) {
   batch.learner_id = 77;
   batch.last_batch = 1;
   batch.first_index = 1;
-  batch.last_index = size;
   for (std::int32_t i = 0; i < size; ++i) {
     batch.results.push_back({.key = {.run = i, .number = 3},
                              .content = 1000 + i,

@@ -99,7 +99,7 @@ std::vector<protocol::Message> LearnerLoop::answers() {
         static_cast<std::ptrdiff_t>(std::max<std::int64_t>(0, last_index_ + 1 - batch.first_index));
     batch.results.erase(batch.results.begin(), batch.results.begin() + known);
     batch.first_index += known;
-    last_index_ = batch.last_index;
+    last_index_ = batch.first_index + static_cast<std::int64_t>(batch.results.size()) - 1;
     answers.emplace_back(std::move(batch));
   }
   return answers;

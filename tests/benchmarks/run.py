@@ -4,6 +4,7 @@ import argparse
 import json
 import os
 import platform
+import re
 import statistics
 import subprocess
 import sys
@@ -45,7 +46,7 @@ def sum_up_micro(runs):
         # What times itself counts processor time in its place of time on the clock.
         key = "real_time" if name.endswith("/manual_time") else "cpu_time"
         times = [run[key] * NS[run["time_unit"]] for run in repetitions]
-        row = {"name": name.removesuffix("/manual_time"), "median_ns": statistics.median(times),
+        row = {"name": re.sub(r"/(iterations:\d+|manual_time)", "", name), "median_ns": statistics.median(times),
                "spread": (max(times) - min(times)) / statistics.median(times),
                "counters": {key: value for key, value in repetitions[0].items()
                             if isinstance(value, (int, float)) and key not in OWN_KEYS}}
