@@ -140,7 +140,7 @@ def main():
 if __name__ == "__main__":
     try:
         main()
-    except RuntimeError as error:
+    except (RuntimeError, OSError) as error:
         sys.exit(f"deploy/bench: {error}")
     except KeyboardInterrupt:
         sys.exit(130)
