@@ -1,22 +1,14 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
+#include <span>
+#include <vector>
 
 #include "common/base/result.h"
+#include "sim/double_pendulum.h"
 
 namespace treeroll::sim {
-
-/// Double pendulum on a cart, thesis appendix B and table of [7]. Lengths in m, masses in kg,
-/// inertias about the centres of gravity in kg m^2, friction in N m s, gravity in m/s^2.
-struct DoublePendulum {
-  double l1 = .323, l2 = .480;   ///< link lengths
-  double a1 = .2145, a2 = .223;  ///< joint to centre of gravity
-  double m1 = .853, m2 = .510;
-  double j1 = .0126, j2 = .0185;
-  double d1 = .005, d2 = .005;  ///< viscous friction of the joints
-  double gravity = 9.81;
-  bool operator==(const DoublePendulum&) const = default;
-};
 
 /// Angles from upright, counter-clockwise, not wrapped, in rad; cart position in m; and rates.
 struct CartPendulumState {
@@ -35,6 +27,16 @@ using CartAcceleration = std::function<double(double time_s, const CartPendulumS
 /// false to end the simulation.
 using StateVisitor =
     std::function<bool(double time_s, const CartPendulumState& state, double cart_acceleration)>;
+
+/// A roll-out whose input depends on time alone.
+struct OpenLoop {
+  CartPendulumState start;
+  std::span<const double> accelerations;  ///< of the cart, in m/s^2, at input_times()
+};
+
+/// As a StateVisitor, for one of several roll-outs, by its place among them.
+using OpenLoopVisitor = std::function<void(
+    std::size_t rollout, double time_s, const CartPendulumState& state, double cart_acceleration)>;
 
 /// A plant: a state and an input in, states over time out. Knows no policy and no reward.
 ///
@@ -57,6 +59,14 @@ class CartPendulumPlant {
   virtual Result<CartPendulumState> simulate(const CartPendulumState& start, double duration_s,
                                              const CartAcceleration& input,
                                              const StateVisitor& visit) = 0;
+
+  /// Where simulate() asks for its input, ascending, if that does not depend on the state: with a
+  /// fixed step. Empty where step control decides.
+  virtual std::vector<double> input_times(double duration_s) const;
+  /// simulate() of several roll-outs with inputs given beforehand, to the same bits: whatever the
+  /// number of roll-outs, and whoever is beside one. Precondition: input_times() is not empty.
+  virtual std::vector<Result<CartPendulumState>> simulate_open_loop(
+      std::span<const OpenLoop> rollouts, double duration_s, const OpenLoopVisitor& visit);
 };
 
 }  // namespace treeroll::sim

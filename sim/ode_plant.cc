@@ -170,4 +170,8 @@ Result<CartPendulumState> OdePlant::simulate(const CartPendulumState& start, dou
       });
 }
 
+std::vector<double> OdePlant::input_times(double duration_s) const {
+  return OutputSteps(duration_s, step_s_).starts_and_middles_s();
+}
+
 }  // namespace treeroll::sim

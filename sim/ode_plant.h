@@ -17,6 +17,7 @@ class OdePlant : public CartPendulumPlant {
   Result<CartPendulumState> simulate(const CartPendulumState& start, double duration_s,
                                      const CartAcceleration& input,
                                      const StateVisitor& visit) override;
+  std::vector<double> input_times(double duration_s) const override;
 
  private:
   DoublePendulum pendulum_;

@@ -19,6 +19,23 @@ std::int64_t num_steps(double duration_s, double step_s) {
 
 }  // namespace
 
+OutputSteps::OutputSteps(double duration_s, double step_s)
+    : duration_s_(duration_s), step_s_(step_s), size_(num_steps(duration_s, step_s)) {
+  CHECK(std::isfinite(duration_s) && duration_s >= 0, "the duration is finite and not negative");
+  CHECK(std::isfinite(step_s) && step_s > 0, "the step is finite and positive");
+}
+
+std::vector<double> OutputSteps::starts_and_middles_s() const {
+  std::vector<double> times;
+  times.reserve(static_cast<std::size_t>(2 * size_ + 1));
+  for (std::int64_t k = 0; k < size_; ++k) {
+    times.push_back(time_s(k));
+    times.push_back(time_s(k) + length_s(k) / 2);
+  }
+  times.push_back(duration_s_);
+  return times;
+}
+
 Error not_finite(std::string_view what, double time_s) {
   return Error{fmt::format("the {} is not finite at {:.6g} s", what, time_s)};
 }
@@ -37,18 +54,15 @@ Error not_finite(const CartPendulumState& state, double time_s) {
 Result<CartPendulumState> run_output_steps(const CartPendulumState& start, double duration_s,
                                            double step_s, const CartAcceleration& input,
                                            const StateVisitor& visit, const StateStep& advance) {
-  CHECK(std::isfinite(duration_s) && duration_s >= 0, "the duration is finite and not negative");
-  CHECK(std::isfinite(step_s) && step_s > 0, "the step is finite and positive");
-  const std::int64_t last = num_steps(duration_s, step_s);
+  const OutputSteps steps(duration_s, step_s);
   CartPendulumState state = start;
   for (std::int64_t k = 0;; ++k) {
-    const double time_s = k == last ? duration_s : static_cast<double>(k) * step_s;
+    const double time_s = steps.time_s(k);
     if (!is_finite(state)) return not_finite(state, time_s);
     const double cart_acceleration = input(time_s, state);
     if (!std::isfinite(cart_acceleration)) return not_finite("cart's acceleration", time_s);
-    if (!visit(time_s, state, cart_acceleration) || k == last) return state;
-    const double next_s = k + 1 == last ? duration_s : static_cast<double>(k + 1) * step_s;
-    Result<CartPendulumState> next = advance(time_s, next_s - time_s, state, cart_acceleration);
+    if (!visit(time_s, state, cart_acceleration) || k == steps.size()) return state;
+    Result<CartPendulumState> next = advance(time_s, steps.length_s(k), state, cart_acceleration);
     if (!next) return next.error();
     state = *next;
   }

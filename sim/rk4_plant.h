@@ -15,6 +15,10 @@ class Rk4Plant : public CartPendulumPlant {
   Result<CartPendulumState> simulate(const CartPendulumState& start, double duration_s,
                                      const CartAcceleration& input,
                                      const StateVisitor& visit) override;
+  std::vector<double> input_times(double duration_s) const override;
+  std::vector<Result<CartPendulumState>> simulate_open_loop(std::span<const OpenLoop> rollouts,
+                                                            double duration_s,
+                                                            const OpenLoopVisitor& visit) override;
 
  private:
   DoublePendulum pendulum_;

@@ -1,5 +1,9 @@
 #include "common/base/elementary.h"
 
+#include <cmath>
+
+#include "common/base/elementary_kernels.h"
+
 // The header warns by the thousand and leaks macros: this is the only file that includes it.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wignored-attributes"
@@ -8,9 +12,19 @@
 
 namespace treeroll::elementary {
 
-double sin(double x) { return Sleef_cinz_sind1_u10purec(x); }
-double cos(double x) { return Sleef_cinz_cosd1_u10purec(x); }
-double exp(double x) { return Sleef_cinz_expd1_u10purec(x); }
+SinCos sin_cos(double x) {
+  // Written so that NaN goes the other way too.
+  if (!(std::abs(x) <= kSinCosMax)) {
+    return {Sleef_cinz_sind1_u10purec(x), Sleef_cinz_cosd1_u10purec(x)};
+  }
+  SinCos both{};
+  kernel::sin_cos(x, both.sin, both.cos);
+  return both;
+}
+
+double sin(double x) { return sin_cos(x).sin; }
+double cos(double x) { return sin_cos(x).cos; }
+double exp(double x) { return kernel::exp(x); }
 double log(double x) { return Sleef_cinz_logd1_u10purec(x); }
 double atan2(double y, double x) { return Sleef_cinz_atan2d1_u10purec(y, x); }
 

@@ -79,7 +79,9 @@ void check_agreement(const json& content, const json& settings,
     compare(in_full(*described), in_full(to_json(description)), "task.described");
   } catch (const ConfigError& error) {
     throw ConfigError(error.key(), error.value(),
-                      error.rule() + ": this worker program's task is another one");
+                      error.rule() +
+                          ": this worker program's task is another one; in a study that "
+                          "you changed yourself, remove [task.described]");
   }
 }
 

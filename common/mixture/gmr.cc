@@ -2,19 +2,42 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
 
 #include "common/base/check.h"
 #include "common/base/elementary.h"
 #include "common/base/mirrored.h"
+#include "common/base/processor.h"
+#include "common/mixture/gmr_lanes.h"
 
 namespace treeroll {
 namespace {
 
 constexpr double kNothing = -std::numeric_limits<double>::infinity();
 
+constexpr std::size_t kWidthMax = 8;
+
 double bounded(double input) { return std::clamp(input, -kGmmMagnitudeMax, kGmmMagnitudeMax); }
+
+void gmr_regress_1(const gmr_kernel::Lines& lines, const double* inputs, double* weights,
+                   double* outputs) {
+  gmr_kernel::regress(lines, *inputs, weights, [&](int o, double number) { outputs[o] = number; });
+}
+
+std::pair<std::size_t, GmrLanes> widest() {
+  switch (widest_lanes()) {
+    case 8:
+      return {8, &gmr_regress_8};
+    case 4:
+      return {4, &gmr_regress_4};
+    case 2:
+      return {2, &gmr_regress_2};
+    default:
+      return {1, &gmr_regress_1};
+  }
+}
 
 }  // namespace
 
@@ -44,33 +67,37 @@ Gmr::Gmr(const Gmm& gmm)
     for (int i = 0; i < input_dim_; ++i) {
       prepared.log_weight -= elementary::log(prepared.factor_input(i, i));
     }
-    if (input_dim_ == 1 && output_dim_ == 1) {
-      lines_.push_back({prepared.mean_input[0], prepared.factor_input(0, 0), prepared.slope(0, 0),
-                        prepared.mean_output[0], prepared.log_weight});
+    if (input_dim_ == 1) {
+      LineMixture& lines = line_mixture_;
+      lines.mean_input.push_back(prepared.mean_input[0]);
+      lines.precision.push_back(1 / prepared.factor_input(0, 0));
+      lines.log_weight.push_back(prepared.log_weight);
+      lines.slope.insert(lines.slope.end(), prepared.slope.data(),
+                         prepared.slope.data() + output_dim_);
+      lines.mean_output.insert(lines.mean_output.end(), prepared.mean_output.data(),
+                               prepared.mean_output.data() + output_dim_);
     }
     prepared_.push_back(std::move(prepared));
   }
 }
 
+gmr_kernel::Lines Gmr::lines() const {
+  const LineMixture& lines = line_mixture_;
+  return {.num_components = static_cast<int>(lines.mean_input.size()),
+          .output_dim = output_dim_,
+          .mean_input = lines.mean_input.data(),
+          .precision = lines.precision.data(),
+          .log_weight = lines.log_weight.data(),
+          .slope = lines.slope.data(),
+          .mean_output = lines.mean_output.data()};
+}
+
 double Gmr::regress(double input) const {
-  CHECK(!lines_.empty(), "regress(double) is for one input and one output");
-  const double x = bounded(input);
-  const auto log_density = [x](const Line& line) {
-    const double distance = (x - line.mean_input) / line.deviation_input;
-    return line.log_weight - .5 * distance * distance;
-  };
-  // Log-sum-exp over two passes: the density is cheaper to have twice than to keep.
-  double largest = kNothing;
-  for (const Line& line : lines_) largest = std::max(largest, log_density(line));
-  double weight_sum = 0;
-  double output_sum = 0;
-  for (const Line& line : lines_) {
-    const double weight = elementary::exp(log_density(line) - largest);
-    if (weight == 0) continue;
-    weight_sum += weight;
-    output_sum += weight * (line.mean_output + line.slope * (x - line.mean_input));
-  }
-  return output_sum / weight_sum;
+  CHECK(input_dim_ == 1 && output_dim_ == 1, "regress(double) is for one input and one output");
+  double output = 0;
+  WorkSpace work = work_space();
+  regress({&input, 1}, work, {&output, 1});
+  return output;
 }
 
 Gmr::WorkSpace Gmr::work_space() const {
@@ -81,6 +108,7 @@ Gmr::WorkSpace Gmr::work_space() const {
   work.weights.setZero(num_components_);
   work.log_densities.resize(prepared_.size());
   work.mean.resize(output_dim_);
+  work.lanes.resize(prepared_.size() * kWidthMax);
   return work;
 }
 
@@ -112,8 +140,9 @@ void Gmr::regress(std::span<const double> input, WorkSpace& work, std::span<doub
   CHECK(static_cast<int>(input.size()) == input_dim_ &&
             static_cast<int>(output.size()) == output_dim_,
         "an input and an output have the mixture's dimensions");
-  if (!lines_.empty()) {
-    output[0] = regress(input[0]);
+  if (input_dim_ == 1) {
+    const double one = bounded(input[0]);
+    gmr_regress_1(lines(), &one, work.lanes.data(), output.data());
     return;
   }
   for (int i = 0; i < input_dim_; ++i) work.input[i] = bounded(input[static_cast<std::size_t>(i)]);
@@ -126,6 +155,28 @@ void Gmr::regress(std::span<const double> input, WorkSpace& work, std::span<doub
     work.mean += weight * work.conditional;
   }
   std::copy(work.mean.begin(), work.mean.end(), output.begin());
+}
+
+void Gmr::regress_all(std::span<const double> inputs, WorkSpace& work,
+                      std::span<double> outputs) const {
+  const auto input_dim = static_cast<std::size_t>(input_dim_);
+  const auto output_dim = static_cast<std::size_t>(output_dim_);
+  const std::size_t num_inputs = inputs.size() / input_dim;
+  CHECK(inputs.size() == num_inputs * input_dim && outputs.size() == num_inputs * output_dim,
+        "an output for each input");
+  std::size_t i = 0;
+  if (input_dim == 1) {
+    const auto [width, regress_lanes] = widest();
+    std::array<double, kWidthMax> some{};
+    for (; i + width <= num_inputs; i += width) {
+      std::transform(inputs.data() + i, inputs.data() + i + width, some.begin(), &bounded);
+      regress_lanes(lines(), some.data(), work.lanes.data(), outputs.data() + i * output_dim);
+    }
+  }
+  for (; i < num_inputs; ++i) {
+    regress(inputs.subspan(i * input_dim, input_dim), work,
+            outputs.subspan(i * output_dim, output_dim));
+  }
 }
 
 Eigen::VectorXd Gmr::regress(const Eigen::Ref<const Eigen::VectorXd>& input) const {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/mixture/gmm.h"
+#include "common/mixture/gmr_kernel.h"
 
 namespace treeroll {
 
@@ -40,14 +41,21 @@ class Gmr {
     Eigen::VectorXd weights;            ///< K, (A-11)
     Eigen::VectorXd conditional;        ///< dO, (A-7)
     Eigen::VectorXd mean;               ///< dO, (A-9)
+    std::vector<double> lanes;          ///< a weight a component and lane, inputs, outputs
   };
   WorkSpace work_space() const;
   /// The same without allocating. Precondition: `work` is of this regression, the spans have dI and
   /// dO numbers.
   void regress(std::span<const double> input, WorkSpace& work, std::span<double> output) const;
 
-  /// The same for one input and one output, without allocating: precondition dI = dO = 1.
+  /// The same for one input and one output: precondition dI = dO = 1.
   double regress(double input) const;
+
+  /// The same for inputs one after the other, to the bit, several at a time where dI = 1.
+  /// @param inputs   N x dI, row by row
+  /// @param outputs  N x dO, row by row
+  void regress_all(std::span<const double> inputs, WorkSpace& work,
+                   std::span<double> outputs) const;
 
   /// Weights h_k(input), (A-11): K x 1, sum 1, by log-sum-exp.
   Eigen::VectorXd weights(const Eigen::Ref<const Eigen::VectorXd>& input) const;
@@ -66,14 +74,11 @@ class Gmr {
     Eigen::MatrixXd conditional_covariance;  ///< dO x dO, (A-8)
     double log_weight = 0;                   ///< log(pi_k) - log(det(factor_input))
   };
-  /// The numbers of a Prepared that one input and one output need.
-  struct Line {
-    double mean_input;
-    double deviation_input;
-    double slope;
-    double mean_output;
-    double log_weight;
+  /// gmr_kernel::Lines, for one input.
+  struct LineMixture {
+    std::vector<double> mean_input, precision, log_weight, slope, mean_output;
   };
+  gmr_kernel::Lines lines() const;
 
   /// Into work.conditional, (A-7), for work.input.
   void take_conditional_mean(const Prepared& prepared, WorkSpace& work) const;
@@ -84,7 +89,7 @@ class Gmr {
   int output_dim_;
   int num_components_;
   std::vector<Prepared> prepared_;
-  std::vector<Line> lines_;  ///< empty unless dI = dO = 1
+  LineMixture line_mixture_;  ///< empty unless dI = 1
 };
 
 }  // namespace treeroll

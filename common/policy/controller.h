@@ -22,6 +22,11 @@ class Controller {
   /// @param output  output_dim() numbers, finite for every finite input
   virtual void act(std::span<const double> input, std::span<double> output) = 0;
 
+  /// act() for inputs one after the other, to the same bits; a controller may be quicker at it.
+  /// @param inputs   N x input_dim(), row by row
+  /// @param outputs  N x output_dim(), row by row
+  virtual void act_all(std::span<const double> inputs, std::span<double> outputs);
+
   /// The same for one input and one output. Precondition: input_dim() and output_dim() are 1.
   double act(double input) {
     double output = 0;

@@ -24,7 +24,7 @@ struct Program {
   std::function<int()> work;
 };
 
-/// Of all programs of this build: "0.1.0".
+/// Of all programs of this build: "0.2.0".
 std::string program_version();
 
 /// Settles the process (process_start.h), logs to standard error, reads the options and works.

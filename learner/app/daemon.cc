@@ -59,6 +59,20 @@ std::int64_t wall_time_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
 }
 
+/// Does what a full disk, say, may end: everything that was learnt is in the journal then.
+template <class Action>
+void do_resumably(const fs::path& directory, const Action& action) {
+  try {
+    action();
+  } catch (const BadInput&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(
+        fmt::format("{}; what is in the journal is kept, go on with --resume {}", error.what(),
+                    directory.string()));
+  }
+}
+
 /// Drives the core: turns what the loop sees into events and carries its effects out.
 class LearnerDaemon : private learner::EffectHandler {
  public:
@@ -93,15 +107,7 @@ class LearnerDaemon : private learner::EffectHandler {
                    files.journal.string(), tail.torn_bytes,
                    tail.torn_bytes_are_zero ? ", all of them 0," : "");
     }
-    journal_->continue_after(tail);
-    journal_->append(JournalStart{.study_id = state.in_journal.id,
-                                  .learner_id = settings_.learner_id,
-                                  .program = cut_text(program_version(), kProgramBytesMax)},
-                     wall_time_us());
-    if (state.in_journal.is_before_extension) {
-      journal_->append(write_extension(files, state, program_version()), wall_time_us());
-    }
-    journal_->sync();
+    do_resumably(files.directory, [&] { begin_journal(tail, files, state); });
   }
 
   void run() {
@@ -133,6 +139,18 @@ class LearnerDaemon : private learner::EffectHandler {
   std::vector<RunRecord> take_results() { return std::move(*core_).run_records(); }
 
  private:
+  void begin_journal(const JournalTail& tail, const StateFiles& files, const StateStudy& state) {
+    journal_->continue_after(tail);
+    journal_->append(JournalStart{.study_id = state.in_journal.id,
+                                  .learner_id = settings_.learner_id,
+                                  .program = cut_text(program_version(), kProgramBytesMax)},
+                     wall_time_us());
+    if (state.in_journal.is_before_extension) {
+      journal_->append(write_extension(files, state, program_version()), wall_time_us());
+    }
+    journal_->sync();
+  }
+
   void stop(int signal) {
     if (is_stopping_) return loop_.stop();
     spdlog::warn("{}: waits for the roll-outs under way; once more ends at once",
@@ -249,12 +267,6 @@ void salvage(const fs::path& journal) {
       kept.num_records, kept.bytes_kept, kept.bytes_lost, kept.whole.string());
 }
 
-/// An error after which everything that was learnt is in the journal: of a full disk, say.
-std::string resumable(const std::string& error, const fs::path& directory) {
-  return fmt::format("{}; what is in the journal is kept, go on with --resume {}", error,
-                     directory.string());
-}
-
 }  // namespace
 
 int run_learner(const LearnerOptions& options) {
@@ -316,13 +328,7 @@ int run_learner(const LearnerOptions& options) {
   }
 
   const auto start = std::chrono::steady_clock::now();
-  try {
-    daemon.run();
-  } catch (const BadInput&) {
-    throw;
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(resumable(error.what(), files.directory));
-  }
+  do_resumably(files.directory, [&] { daemon.run(); });
   const double elapsed_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::vector<RunRecord> runs = daemon.take_results();
@@ -335,10 +341,11 @@ int run_learner(const LearnerOptions& options) {
                              daemon.core().worker_records(),
                              elapsed_s,
                              daemon.core().results_by_class()};
-  if (const std::string failures = write_results(files.directory, runs); !failures.empty()) {
-    throw std::runtime_error(resumable(failures, files.directory));
-  }
-  daemon.seal_journal();
+  do_resumably(files.directory, [&] {
+    const std::string failures = write_results(files.directory, runs);
+    if (!failures.empty()) throw std::runtime_error(failures);
+    daemon.seal_journal();
+  });
   // Last: whoever reads it may have gone, which is an error then.
   fmt::print("{}", options.json ? to_json(summary) + "\n" : to_table(summary.conditions));
   if (!options.json && summary.results_by_class.size() > 1) {

@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "common/base/config_error.h"
+#include "common/base/csv_field.h"
 #include "common/files/atomic_file.h"
 #include "common/program/standard_output.h"
-#include "learner/results/csv.h"
 #include "learner/results/run_counts.h"
 #include "learner/results/state_directory.h"
 #include "learner/results/summary.h"

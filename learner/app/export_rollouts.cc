@@ -12,8 +12,8 @@
 #include <system_error>
 #include <vector>
 
+#include "common/base/csv_field.h"
 #include "common/files/atomic_file.h"
-#include "learner/results/csv.h"
 
 namespace treeroll {
 namespace {

@@ -10,6 +10,7 @@ namespace treeroll {
 /// of a run's policy, which has a negative number. Columns of the CSV, keys of the JSON lines:
 ///
 ///   condition, repetition, run, rollout, layer, reward, status
+///   reason            why it failed
 ///   duration_s        wall time of the evaluation
 ///   worker, host, pid  who evaluated
 ///   learner           which incarnation accepted it

@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <stdexcept>
 #include <vector>
@@ -39,6 +40,7 @@ struct Contents {
   std::int64_t num_failed = 0;
   std::int64_t num_discarded = 0;  ///< trials that were void
   int num_seals = 0;               ///< clean ends
+  std::uint32_t newest_form = 0;   ///< of its records
   int num_extensions = 0;
   std::vector<protocol::LearnerId> learners;  ///< one after the other
   std::optional<LearningTime> time;           ///< the last noted
@@ -49,6 +51,7 @@ void count(const JournalRecord& record, Contents& contents) {
   contents.origins.add(record);
   if (const auto* start = std::get_if<JournalStart>(&record)) {
     contents.learners.push_back(start->learner_id);
+    contents.newest_form = std::max(contents.newest_form, start->format);
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
     contents.time = *time;
   } else if (const auto* result = std::get_if<AcceptedResult>(&record)) {
@@ -184,12 +187,20 @@ bool verify(const StateFiles& files, bool refit) {
   }
   const std::vector<RunRecord> runs = std::move(core).run_records();
   say_missing(state.loaded.study, runs, files);
+  if (state.in_journal.is_before_extension) {
+    fmt::print("results    not compared: an extension is not finished\n");
+    return true;
+  }
   if (!tail.sealed && contents.num_seals > 0) {
     fmt::print("results    not compared: they are those of an earlier stop\n");
     return true;
   }
   if (!fs::exists(files.directory / "runs.csv")) {
     fmt::print("results    no files yet\n");
+    return true;
+  }
+  if (contents.newest_form == 1) {
+    fmt::print("results    not compared: files of an earlier version\n");
     return true;
   }
   const std::optional<int> num_files = compare_results(files.directory, runs);

@@ -11,17 +11,20 @@ std::optional<std::string> NumericClasses::demanded() const {
 }
 
 bool NumericClasses::allows(const std::string& name) const {
+  if (demand_ == kAnyClass) return true;
   const std::optional<std::string> one = demanded();
-  return !one || *one == name;
+  return !name.empty() && (!one || *one == name);
 }
 
 int NumericClasses::index(const std::string& name) {
+  if (name.empty()) return kUnknownClass;
   const bool is_full = indices_.size() >= protocol::kNumericClassesMax;
   if (is_full && !indices_.contains(name)) return kUnknownClass;
   return indices_.emplace(name, static_cast<int>(indices_.size())).first->second;
 }
 
 bool NumericClasses::count(const std::string& name) {
+  if (name.empty()) return false;
   if (!first_) first_ = name;
   const bool is_full = counts_.size() >= protocol::kNumericClassesMax;
   if (is_full && !counts_.contains(name)) return false;

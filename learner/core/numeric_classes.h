@@ -14,6 +14,8 @@ inline constexpr const char* kOneClass = "one";  ///< that of the first result
 
 /// The numeric classes of the workers whose results a learner has accepted, and which it takes
 /// results of. Workers of one class give the same bits for the same roll-out; those of two may not.
+/// "" is the class of a worker that has not named one: no demand allows it, and nothing counts in
+/// it.
 class NumericClasses {
  public:
   /// @param demand  kAnyClass, kOneClass or the name of a class
@@ -23,7 +25,7 @@ class NumericClasses {
   /// The class that is demanded; nothing while any will do.
   std::optional<std::string> demanded() const;
 
-  /// A number for the class, or kUnknownClass for one too many.
+  /// A number for the class, or kUnknownClass for none and for one too many.
   int index(const std::string& name);
 
   /// A result of this class has been accepted.

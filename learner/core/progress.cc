@@ -136,10 +136,12 @@ std::size_t LearnerCore::publish_best(const Turn& turn, int index) {
                         run.best_policy());
 }
 
-/// Of runs, as far as the bytes go: what has changed first, then what is repeated. All take turns.
+/// Of runs, as far as the bytes go: what has changed, for which half of them is enough while there
+/// is something to repeat, and what is repeated. All take turns.
 void LearnerCore::publish_news(const Turn& turn, std::size_t bytes_max) {
   std::size_t bytes = 0;
-  while (bytes < bytes_max && !changed_runs_.empty()) {
+  const std::size_t changed_max = num_to_repeat_ > 0 ? bytes_max / 2 : bytes_max;
+  while (bytes < changed_max && !changed_runs_.empty()) {
     auto next = changed_runs_.upper_bound(last_changed_run_);
     if (next == changed_runs_.end()) next = changed_runs_.begin();
     last_changed_run_ = *next;

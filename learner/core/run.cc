@@ -185,8 +185,10 @@ RunRecord Run::record_without_rollouts() const {
     const std::optional<Answer> answer = answer_of(final_number(i));
     if (answer) record.finals.push_back(answer->outcome);
   }
-  // Those that stopped early may have some of them, which say less than was asked for.
-  if (done()) record.final_reward = mean_reward(record.finals);
+  // Those that stopped early may have some of them, which say less than was asked for. The start
+  // need not be in: version 0.1.0 did not evaluate it.
+  const bool has_all = record.finals.size() == static_cast<std::size_t>(study_->final_evaluations);
+  if (finals_wanted_ && has_all) record.final_reward = mean_reward(record.finals);
   record.switches = exploration_.switches();
   return record;
 }

@@ -13,9 +13,11 @@ namespace treeroll {
 
 /// One way of learning, compared with the others of its study.
 struct Condition {
-  std::string name;          ///< unique in the study
-  std::string task_content;  ///< JSON {"name": ..., "settings": {...}}, keys sorted
-  PolicyPtr start;           ///< before any roll-out; not null
+  std::string name;  ///< unique in the study
+  /// JSON {"name": ..., "settings": {...}}, keys sorted; where the task has been asked, beside them
+  /// "described": what it said of itself (common/base/task_agreement.h).
+  std::string task_content;
+  PolicyPtr start;  ///< before any roll-out; not null
   explore::ExplorationSettings exploration;
 };
 

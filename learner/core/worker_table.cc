@@ -34,6 +34,12 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
     entry.first_heard = now;
     if (const auto left = left_.find(id); left != left_.end()) {
       // It was only silent: what it has done and what has been acknowledged still hold.
+      // An answer may come before its next heartbeat, and is one of its class.
+      entry.host = left->second.host;
+      entry.pid = left->second.pid;
+      entry.numeric_class = left->second.numeric_class;
+      entry.noted_class = left->second.noted_class;
+      entry.other_class = left->second.other_class;
       entry.first_heard = left->second.first_heard;
       entry.num_accepted = left->second.num_accepted;
       entry.highest_index_seen = left->second.highest_index_seen;

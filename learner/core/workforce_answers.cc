@@ -185,6 +185,7 @@ void Workforce::reconcile(TimePoint now, WorkerEntry& worker, const protocol::He
 
 /// What a result was computed on: for the journal, and for those who watch.
 void Workforce::note_class(const Turn& turn, WorkerEntry& worker) {
+  if (worker.numeric_class.empty()) return;  // not heard of yet
   if (worker.noted_class != worker.numeric_class) {
     worker.noted_class = worker.numeric_class;
     turn.effects.emplace_back(
@@ -207,9 +208,11 @@ void Workforce::compare_with_demand(const Turn& turn, WorkerEntry& worker) {
   if (is_other == worker.other_class) return;
   worker.other_class = is_other;
   if (!is_other) return;
-  turn.warn("workers of another class",
-            fmt::format("{} gets no roll-outs: it is of numeric class {}, the study demands {}",
-                        describe(worker), worker.numeric_class, *classes_.demanded()));
+  turn.warn(
+      "workers of another class",
+      fmt::format("{} gets no roll-outs: it is of numeric class {}, the study demands {}",
+                  describe(worker), worker.numeric_class.empty() ? "unknown" : worker.numeric_class,
+                  classes_.demanded().value_or(kOneClass)));
   ledger_.take_back_all(worker.id);
 }
 

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "common/base/content_hash.h"
+#include "common/base/csv_field.h"
 #include "learner/fit/csv_rows.h"
 
 namespace treeroll {
@@ -104,17 +105,9 @@ double number_of(const std::string& field, const std::string& place, const std::
   return number;
 }
 
-/// One name of a head line, in quotes if it could be taken for something else.
-std::string head_field(const std::string& name) {
-  if (name.find_first_of(",\"\r\n") == std::string::npos) return name;
-  std::string quoted = "\"";
-  for (const char c : name) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + '"';
-}
-
 std::string text_of(const Eigen::MatrixXd& data, const std::vector<std::string>& columns) {
   std::string text;
-  for (const std::string& column : columns) text += (text.empty() ? "" : ",") + head_field(column);
+  for (const std::string& column : columns) text += (text.empty() ? "" : ",") + csv_field(column);
   text += '\n';
   for (Eigen::Index n = 0; n < data.cols(); ++n) {
     for (Eigen::Index i = 0; i < data.rows(); ++i) {

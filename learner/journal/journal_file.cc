@@ -89,8 +89,9 @@ JournalStart longest_start() { return {.program = std::string(kProgramBytesMax, 
 
 }  // namespace
 
-Result<JournalTail> read_journal(std::istream& file, const std::string& name,
-                                 const std::function<void(const JournalRecord&)>& on_record) {
+Result<JournalTail> read_journal_places(
+    std::istream& file, const std::string& name,
+    const std::function<void(const JournalRecord&, const RecordPlace&)>& on_record) {
   const auto damaged = [&name](std::int64_t record, std::uint64_t offset, const std::string& what) {
     return Error{fmt::format("{}: record {} at byte {}: {}", name, record, offset, what)};
   };
@@ -136,7 +137,7 @@ Result<JournalTail> read_journal(std::istream& file, const std::string& name,
     if (begins && !start) {
       return damaged(tail.num_records, window.offset(), "a start must stand here");
     }
-    on_record(framed->record);
+    on_record(framed->record, {tail.num_records, window.offset(), window.offset() + framed->size});
     ++tail.num_records;
     tail.last_check = framed->check;
     tail.sealed = std::holds_alternative<JournalSeal>(framed->record);
@@ -145,6 +146,13 @@ Result<JournalTail> read_journal(std::istream& file, const std::string& name,
   }
   if (file.bad()) return Error{fmt::format("{}: it cannot be read to its end", name)};
   return tail;
+}
+
+Result<JournalTail> read_journal(std::istream& file, const std::string& name,
+                                 const std::function<void(const JournalRecord&)>& on_record) {
+  return read_journal_places(
+      file, name,
+      [&on_record](const JournalRecord& record, const RecordPlace&) { on_record(record); });
 }
 
 Result<JournalTail> read_journal(const std::filesystem::path& path,

@@ -29,7 +29,16 @@ struct JournalTail {
 /// knows, which is no damage. Whatever `on_record` throws passes through.
 Result<JournalTail> read_journal(const std::filesystem::path& path,
                                  const std::function<void(const JournalRecord&)>& on_record);
-/// The same of bytes that are no file. `name` stands for the path in errors.
+/// Where a record stands. Not what writing it anew would take: what was read may be longer.
+struct RecordPlace {
+  std::int64_t number = 0;
+  std::uint64_t begin = 0;  ///< its first byte
+  std::uint64_t end = 0;    ///< the byte behind it
+};
+/// The same of bytes that may be no file. `name` stands for the path in errors.
+Result<JournalTail> read_journal_places(
+    std::istream& bytes, const std::string& name,
+    const std::function<void(const JournalRecord&, const RecordPlace&)>& on_record);
 Result<JournalTail> read_journal(std::istream& bytes, const std::string& name,
                                  const std::function<void(const JournalRecord&)>& on_record);
 

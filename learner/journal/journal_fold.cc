@@ -21,9 +21,9 @@ namespace fs = std::filesystem;
 void check_version(const JournalStart& start) {
   if (start.algorithm_version == kAlgorithmVersion) return;
   throw std::runtime_error(fmt::format(
-      "the journal was written by version {} of the algorithm (treeroll {}), this is version {}: "
-      "take that treeroll, or learn its study.toml anew",
-      start.algorithm_version, start.format == 1 ? "0.1.0" : start.program, kAlgorithmVersion));
+      "the journal was written by version {} of the algorithm, this program has version {}, which "
+      "gives other bits: go on with treeroll {}, or learn its study.toml anew",
+      start.algorithm_version, kAlgorithmVersion, start.format == 1 ? "0.1.0" : start.program));
 }
 
 /// The run that this one is once each condition has more repetitions.
@@ -160,24 +160,20 @@ JournalTail read_numbered(const fs::path& journal, const StudyInJournal& study,
                           std::int32_t repetitions_now,
                           const std::function<void(const NumberedRecord&)>& on_record) {
   const JournalStudies studies = read_studies(journal);
-  std::int64_t number = 0;
-  std::uint64_t offset = 0;
   std::optional<Stages> stages;
   std::ifstream file = open_journal(journal);
-  const auto on_next = [&](const JournalRecord& record) {
+  const auto on_next = [&](const JournalRecord& record, const RecordPlace& place) {
     try {
       if (!stages) stages.emplace(studies, study, repetitions_now);
       if (const std::optional<NumberedRecord> numbered = stages->next(record)) on_record(*numbered);
     } catch (const std::system_error&) {
       throw;  // of a file that `on_record` writes: no fault of the record's
     } catch (const std::runtime_error& error) {
-      throw std::runtime_error(fmt::format("{}: record {} at byte {}: {}", journal.string(), number,
-                                           offset, error.what()));
+      throw std::runtime_error(fmt::format("{}: record {} at byte {}: {}", journal.string(),
+                                           place.number, place.begin, error.what()));
     }
-    ++number;
-    offset += framed_size(record);
   };
-  const Result<JournalTail> tail = read_journal(file, journal.string(), on_next);
+  const Result<JournalTail> tail = read_journal_places(file, journal.string(), on_next);
   if (!tail) refuse(tail.error().message, file);
   return *tail;
 }
@@ -196,10 +192,12 @@ JournalTail fold_journal(const fs::path& journal, const StudyInJournal& study, T
 
 Salvaged salvage_journal(const fs::path& journal) {
   Salvaged salvaged;
-  const Result<JournalTail> tail = read_journal(journal, [&](const JournalRecord& record) {
-    salvaged.bytes_kept += framed_size(record);
-    ++salvaged.num_records;
-  });
+  std::ifstream file = open_journal(journal);
+  const Result<JournalTail> tail = read_journal_places(
+      file, journal.string(), [&](const JournalRecord&, const RecordPlace& place) {
+        salvaged.bytes_kept = place.end;
+        salvaged.num_records = place.number + 1;
+      });
   if (tail) return salvaged;
   salvaged.damage = tail.error().message;
   salvaged.bytes_lost = fs::file_size(journal) - salvaged.bytes_kept;

@@ -175,6 +175,9 @@ Result<JournalRecord> record_of(std::string_view payload) {
       return Error{"a start names no form and program"};
     }
     start.program = *program;
+    // It goes to terminals, and no version holds anything that one would take for more.
+    std::replace_if(
+        start.program.begin(), start.program.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
     return JournalRecord(start);
   }
   if (kind == kResult && (cursor.left() == 33 || cursor.left() >= 41)) {

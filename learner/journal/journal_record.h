@@ -14,9 +14,10 @@
 
 namespace treeroll {
 
-/// Raised by each release that changes drawing or updating: an older journal would fold to other
-/// bits. 1 is that of the first, 0.1.0.
-inline constexpr std::uint32_t kAlgorithmVersion = 1;
+/// Raised by each release that changes drawing, updating or the bits of rewards: an older journal
+/// would fold to other bits. 1 is that of version 0.1.0; 2, of 0.2.0, has sin, cos and exp of its
+/// own (common/base/elementary.h).
+inline constexpr std::uint32_t kAlgorithmVersion = 2;
 
 /// The form of records. 1 is that of version 0.1.0: its starts name no form and no program, and it
 /// has no records of workers. A journal may go on in a later form than it begins with.
@@ -73,7 +74,8 @@ using JournalRecord = std::variant<JournalStart, AcceptedResult, LearningTime, K
 ///                 A text is its length, 1, and its bytes.
 ///      -16     8  check of the record before it, 0 for the first
 ///       -8     8  check of this record: the first 8 bytes of the BLAKE2b hash (128 bits) of all of
-///                 it up to here, so that each verifies alone and the order is fixed
+///                 it up to here, in reverse order, so that each verifies alone and the order is
+///                 fixed
 inline constexpr std::string_view kJournalSyncBytes = "\xed\xa1\xda\x01";
 inline constexpr const char* kJournalChannel = "TREEROLL_JOURNAL";
 inline constexpr std::size_t kJournalRecordBytesMax =

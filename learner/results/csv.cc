@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <iterator>
 
+#include "common/base/csv_field.h"
 #include "common/files/atomic_file.h"
 #include "learner/results/run_counts.h"
 #include "learner/results/statistics.h"
@@ -49,16 +50,6 @@ void append_worth(const RunRecord& run, std::string& row) {
 }
 
 }  // namespace
-
-std::string csv_field(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
-}
 
 void write_rollouts_csv(const std::filesystem::path& path, const std::vector<RunRecord>& runs) {
   AtomicFile file(path);

@@ -23,7 +23,4 @@ void write_rollouts_csv(const std::filesystem::path& path, const std::vector<Run
 /// empty field. Throws std::runtime_error naming the file if it cannot be written.
 void write_runs_csv(const std::filesystem::path& path, const std::vector<RunRecord>& runs);
 
-/// One field, in quotes if it holds a comma, a quote or a line break.
-std::string csv_field(std::string_view text);
-
 }  // namespace treeroll

@@ -1,7 +1,6 @@
 #include "learner/results/study_results.h"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <array>
@@ -263,21 +262,8 @@ void check(const fs::path& directory, const Counts& counts, const RunRecord& run
 
 }  // namespace
 
-std::string read_study_name(const fs::path& path) {
-  try {
-    const toml::table study = toml::parse(read_whole_file(path), path.string());
-    const auto name = study["study"]["name"].value<std::string>();
-    if (!name) throw std::runtime_error(path.string() + ": study.name: must be a string");
-    return *name;
-  } catch (const toml::parse_error& error) {
-    throw std::runtime_error(
-        fmt::format("{}:{}: {}", path.string(), error.source().begin.line, error.description()));
-  }
-}
-
 StudyResults read_study_results(const fs::path& directory) {
-  StudyResults results{
-      .name = read_study_name(directory / "study.toml"), .directory = directory, .runs = {}};
+  StudyResults results{.name = {}, .directory = directory, .runs = {}};
   std::vector<Counts> counts;
   read_runs(directory / "runs.csv", results.runs, counts);
   read_rollouts(directory / "rollouts.csv", counts, results.runs);

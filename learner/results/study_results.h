@@ -11,7 +11,7 @@ namespace treeroll {
 
 /// What a study has left in its state directory.
 struct StudyResults {
-  std::string name;                 ///< study.name
+  std::string name;                 ///< study.name; whoever can read study.toml fills it in
   std::filesystem::path directory;  ///< where it was read from
   std::vector<RunRecord> runs;      ///< by number: condition in the study's order, then repetition
   /// By condition that starts from a fit: log-likelihood per sample of the demonstration under the
@@ -23,10 +23,7 @@ struct StudyResults {
   std::string missing = {};
 };
 
-/// The name in a study.toml. Throws std::runtime_error with the file and the reason.
-std::string read_study_name(const std::filesystem::path& study_file);
-
-/// Reads study.toml (its name), runs.csv, rollouts.csv and, where they exist, policies/*.json.
+/// Reads runs.csv, rollouts.csv and, where they exist, policies/*.json.
 /// Nothing is taken on trust: runs.csv must be what rollouts.csv adds up to, and each
 /// switch in it after a roll-out of the layer that was left.
 /// Throws std::runtime_error "FILE:LINE: COLUMN = VALUE: RULE", or with the file and the reason.

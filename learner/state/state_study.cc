@@ -5,9 +5,7 @@
 #include <stdexcept>
 
 #include "common/base/config_error.h"
-#include "common/base/line_ends.h"
 #include "common/files/atomic_file.h"
-#include "common/files/whole_file.h"
 #include "learner/results/run_counts.h"
 #include "learner/results/state_directory.h"
 #include "learner/study/study_extension.h"
@@ -17,31 +15,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A study as a file of the directory holds it.
-struct StudyText {
-  LoadedStudy loaded;
-  std::string text;
-};
+/// As study_id_of(), of what was read.
+ContentHash id_of(const LoadedStudy& study) { return content_hash(study.text); }
 
-/// As study_id_of(), of a text.
-ContentHash study_hash(const std::string& text) { return content_hash(with_plain_line_ends(text)); }
-
-/// All evaluations of its policies are in. Files of an earlier version tell the final reward alone.
+/// All evaluations of its final policy are in. Its start may not have been evaluated: version 0.1.0
+/// did not. Files of that version tell the final reward alone.
 bool has_ended(const RunRecord& run, int final_evaluations) {
-  return run.final_reward ||
-         (run.start && run.finals.size() == static_cast<std::size_t>(final_evaluations));
+  return run.final_reward || run.finals.size() == static_cast<std::size_t>(final_evaluations);
 }
 
-StudyText read_study(const fs::path& file, const ContentHash& id, const char* whose) {
+LoadedStudy read_study(const fs::path& file, const ContentHash& id, const char* whose) {
   if (!fs::is_regular_file(file)) {
     throw std::runtime_error(
         fmt::format("{}: is missing: the journal tells of an extension of it", file.string()));
   }
-  StudyText study{.loaded = {}, .text = read_whole_file(file)};
-  if (study_hash(study.text) != id) {
+  LoadedStudy study = load_study(file, {});
+  if (id_of(study) != id) {
     throw std::runtime_error(fmt::format("{}: is not the study {}", file.string(), whose));
   }
-  study.loaded = load_study(file, {});
   return study;
 }
 
@@ -58,32 +49,32 @@ StateFiles state_files(const fs::path& path) {
 
 StateStudy read_state_study(const StateFiles& files, const std::vector<std::string>& overrides) {
   const fs::path file = study_of(files.directory);
-  const std::string text = read_whole_file(file);
-  const ContentHash id = study_hash(text);
-  const JournalStudies studies = read_studies(files.journal);
   StateStudy state{
       .loaded = overrides.empty() ? load_study(file, {}) : load_extended(file, overrides),
-      .in_journal = {.id = id, .repetitions = 1, .is_before_extension = false},
+      .in_journal = {},
       .text_before = "",
       .extension = "",
-      .num_extensions = static_cast<int>(studies.extensions.size())};
-  StudyText before;
+      .num_extensions = 0};
+  const ContentHash id = id_of(state.loaded);
+  // The study first: of an extension in between, the journal then tells more than is asked of it.
+  const JournalStudies studies = read_studies(files.journal);
+  state.num_extensions = static_cast<int>(studies.extensions.size());
+  LoadedStudy before;
   const fs::path earlier = earlier_study_of(files.directory, state.num_extensions + 1);
   if (studies.last() && *studies.last() != id && fs::is_regular_file(earlier)) {
     // A learner has ended between study.toml and the record of its extension.
     before = read_study(earlier, *studies.last(), "that the journal ends with");
   } else if (!overrides.empty()) {
-    before = {.loaded = load_study(file, {}), .text = text};
+    before = load_study(file, {});
   } else {
-    state.in_journal.repetitions = state.loaded.study.repetitions;
+    state.in_journal = {.id = id, .repetitions = state.loaded.study.repetitions};
     return state;
   }
-  check_extends(before.loaded, state.loaded, overrides.empty() ? file.string() : "--set");
-  state.in_journal = {.id = study_hash(before.text),
-                      .repetitions = before.loaded.study.repetitions};
-  state.extension = describe_extension(before.loaded.study, state.loaded.study);
-  if (state.extension.empty()) return state;
+  check_extends(before, state.loaded, overrides.empty() ? file.string() : kCommandLineOrigin);
+  state.in_journal = {.id = id_of(before), .repetitions = before.study.repetitions};
+  if (!has_grown(before.study, state.loaded.study)) return state;
   state.in_journal.is_before_extension = true;
+  state.extension = describe_extension(before.study, state.loaded.study);
   state.text_before = std::move(before.text);
   return state;
 }
@@ -121,20 +112,24 @@ JournalExtension write_extension(const StateFiles& files, const StateStudy& stat
 
 std::vector<std::string> verify_earlier_studies(const StateFiles& files, const StateStudy& state) {
   const JournalStudies studies = read_studies(files.journal);
-  std::vector<StudyText> earlier;
+  std::vector<LoadedStudy> earlier;
+  const auto add = [&](const ContentHash& id, const char* whose) {
+    const int number = static_cast<int>(earlier.size()) + 1;
+    earlier.push_back(read_study(earlier_study_of(files.directory, number), id, whose));
+  };
   for (const JournalExtension& extension : studies.extensions) {
-    earlier.push_back(
-        read_study(earlier_study_of(files.directory, static_cast<int>(earlier.size()) + 1),
-                   extension.study_id_before, "that the journal tells of"));
+    add(extension.study_id_before, "that the journal tells of");
+  }
+  if (state.in_journal.is_before_extension) {
+    add(state.in_journal.id, "that the journal ends with");
   }
   std::vector<std::string> extensions;
   for (std::size_t i = 0; i < earlier.size(); ++i) {
-    const LoadedStudy& loaded = earlier[i].loaded;
-    const LoadedStudy& next = i + 1 < earlier.size() ? earlier[i + 1].loaded : state.loaded;
+    const LoadedStudy& loaded = earlier[i];
+    const LoadedStudy& next = i + 1 < earlier.size() ? earlier[i + 1] : state.loaded;
     check_extends(loaded, next, study_of(files.directory).string());
     learner::LearnerCore core(loaded.study, learner::LearnerSettings{});
-    fold_journal(files.journal, {study_hash(earlier[i].text), loaded.study.repetitions},
-                 TimePoint{}, core);
+    fold_journal(files.journal, {id_of(loaded), loaded.study.repetitions}, TimePoint{}, core);
     extensions.push_back(describe_extension(loaded.study, next.study));
   }
   return extensions;

@@ -62,9 +62,12 @@ void add_condition_bytes(const json& condition, StudyBytes& bytes) {
   check({bytes.bare + kHeadBytesMax, bytes.all + kHeadBytesMax});
 }
 
-void check_written_by(const json& attached) {
-  const auto found = attached.find("written_by");
-  if (found == attached.end()) return;
+namespace {
+
+void check_written_by(const json& document) {
+  const auto found = document.find("written_by");
+  if (found == document.end()) return;
+  if (!found->is_object()) throw ConfigError("written_by", found->dump(), "must be a table");
   // A later form may have other keys here: its number and who wrote it come first.
   json read;
   SettingsReader reader(*found, "written_by", read);
@@ -76,6 +79,26 @@ void check_written_by(const json& attached) {
                               program.empty() ? "of the version that wrote it" : program));
   }
   reader.finish();
+}
+
+}  // namespace
+
+void refuse_later_form(const json& document, const SettingOrigins& origins) {
+  try {
+    check_written_by(document);
+  } catch (const ConfigError& error) {
+    throw StudyError(origin_of(origins, error.key()), error);
+  }
+}
+
+std::string read_study_name(const std::filesystem::path& study_file) {
+  json document;
+  const SettingOrigins origins = read_toml_file(study_file, document, "[study] with a name");
+  refuse_later_form(document, origins);
+  const json::json_pointer name("/study/name");
+  if (document.contains(name) && document[name].is_string()) return document[name];
+  throw StudyError(origin_of(origins, "study.name"),
+                   ConfigError("study.name", "", "must be a string"));
 }
 
 }  // namespace treeroll

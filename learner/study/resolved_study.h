@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "learner/study/study_error.h"
 #include "learner/study/study_store.h"
 
 namespace treeroll {
@@ -35,8 +37,12 @@ struct StudyBytes {
 /// may hold.
 void add_condition_bytes(const nlohmann::json& condition, StudyBytes& bytes);
 
-/// Throws ConfigError on a study that was written in a later form than this program knows.
-/// @param attached  StudyDocument::attached()
-void check_written_by(const nlohmann::json& attached);
+/// Throws StudyError on a study that was written in a later form than this program knows. To be
+/// asked first: nothing else that is found in such a study says what is wrong.
+void refuse_later_form(const nlohmann::json& document, const SettingOrigins& origins);
+
+/// The name of the study in a file, whatever else it holds. Throws StudyError as read_toml_file()
+/// does, and for a later form.
+std::string read_study_name(const std::filesystem::path& study_file);
 
 }  // namespace treeroll

@@ -12,6 +12,7 @@
 
 #include "common/base/settings_reader.h"
 #include "common/protocol/limits.h"
+#include "learner/study/resolved_study.h"
 #include "learner/study/setting_overlay.h"
 #include "learner/study/study_source.h"
 #include "learner/study/toml_source.h"
@@ -182,7 +183,7 @@ namespace {
 /// which win over everything.
 SettingOverlay apply_overrides(const std::vector<std::string>& overrides, json& document,
                                SettingOrigins& origins) {
-  SettingOverlay settings(json::object(), {{"", "--set"}});
+  SettingOverlay settings(json::object(), {{"", kCommandLineOrigin}});
   for (const std::string& argument : overrides) {
     const SettingOverride setting = parse_override(argument);
     json value;
@@ -191,22 +192,24 @@ SettingOverlay apply_overrides(const std::vector<std::string>& overrides, json& 
     if (setting.key.size() == 1 && (first == "conditions" || first == "axes")) {
       document[first] = value;
       erase_below(origins, first);
-      origins[first] = "--set";
+      origins[first] = kCommandLineOrigin;
       continue;
     }
     const std::string key = fmt::format("{}", fmt::join(setting.key, "."));
     if (!is_table_name(first)) {
-      throw StudyError("--set", ConfigError(key, setting.text,
-                                            fmt::format("unknown key; known here: conditions, "
-                                                        "axes, and those below {}",
-                                                        fmt::join(kTables, ", "))));
+      throw StudyError(kCommandLineOrigin,
+                       ConfigError(key, setting.text,
+                                   fmt::format("unknown key; known here: conditions, "
+                                               "axes, and those below {}",
+                                               fmt::join(kTables, ", "))));
     }
     if (setting.key.size() == 1 && !value.is_object()) {
-      throw StudyError("--set", ConfigError(key, setting.text, "must be a table"));
+      throw StudyError(kCommandLineOrigin, ConfigError(key, setting.text, "must be a table"));
     }
     json nested = json::object();
     set_below(nested, setting.key, value);
-    lay_over(*settings.settings, settings.origins, SettingOverlay(nested, {{"", "--set"}}));
+    lay_over(*settings.settings, settings.origins,
+             SettingOverlay(nested, {{"", kCommandLineOrigin}}));
   }
   return settings;
 }
@@ -217,10 +220,11 @@ void refuse_overrides_of_axes(const std::vector<std::string>& overrides,
     const std::string key = argument.substr(0, argument.find('=')) + ".";
     for (const std::string& axis : axis_keys) {
       if (!key.starts_with(axis + ".") && !(axis + ".").starts_with(key)) continue;
-      throw StudyError("--set", ConfigError(argument, "",
-                                            fmt::format("{} is varied by an axis of this study; "
-                                                        "override axes instead",
-                                                        axis)));
+      throw StudyError(kCommandLineOrigin,
+                       ConfigError(argument, "",
+                                   fmt::format("{} is varied by an axis of this study; "
+                                               "override axes instead",
+                                               axis)));
     }
   }
 }
@@ -250,7 +254,8 @@ StudyDocument::StudyDocument(const std::filesystem::path& file,
                              const std::vector<std::string>& overrides)
     : parts_(std::make_unique<Parts>()) {
   json document;
-  SettingOrigins origins = read_study_source(file, document);
+  SettingOrigins origins = read_study_source(file, document, &text_);
+  refuse_later_form(document, origins);
   parts_->command_line = apply_overrides(overrides, document, origins);
   try {
     json base = json::object();

@@ -18,13 +18,17 @@ namespace treeroll {
 class StudyDocument {
  public:
   /// @param overrides  "KEY=VALUE" each, the later ones winning
-  /// Throws StudyError on a file that cannot be read; on unknown keys outside the four tables; on
-  /// names that are empty, too long, not unique or not usable in file names; on no conditions or
-  /// more than 1000; on an override of a key that an axis varies, for the names would lie.
+  /// Throws StudyError on a file that cannot be read or is of a later form; on unknown keys outside
+  /// the four tables; on names that are empty, too long, not unique or not usable in file names; on
+  /// no conditions or more than 1000; on an override of a key that an axis varies, for the names
+  /// would lie.
   StudyDocument(const std::filesystem::path& file, const std::vector<std::string>& overrides);
   ~StudyDocument();
   StudyDocument(const StudyDocument&) = delete;
   StudyDocument& operator=(const StudyDocument&) = delete;
+
+  /// Of the file itself, with plain line ends.
+  const std::string& text() const { return text_; }
 
   std::size_t num_conditions() const { return names_.size(); }
   const std::string& name(std::size_t condition) const { return names_[condition]; }
@@ -42,6 +46,7 @@ class StudyDocument {
  private:
   struct Parts;
   std::unique_ptr<Parts> parts_;
+  std::string text_;
   std::vector<std::string> names_;
 };
 

@@ -1,10 +1,13 @@
 #include "learner/study/study_extension.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <string_view>
+
+#include "learner/study/toml_source.h"
 
 namespace treeroll {
 namespace {
@@ -16,20 +19,8 @@ constexpr const char* kMayGrowRule =
     "once a study has begun, only study.rollouts, study.repetitions and study.stop_after_s may "
     "change, and only to more";
 
-std::string_view key_of(std::string_view assignment) {
-  std::string_view key = assignment.substr(0, assignment.find('='));
-  while (!key.empty() && key.back() == ' ') key.remove_suffix(1);
-  while (!key.empty() && key.front() == ' ') key.remove_prefix(1);
-  return key;
-}
-
-std::string value_of(std::string_view assignment) {
-  const std::size_t equals = assignment.find('=');
-  return equals == std::string_view::npos ? "" : std::string(assignment.substr(equals + 1));
-}
-
 std::string as_text(std::optional<Duration> stop_after) {
-  return stop_after ? fmt::format("{:g}", to_seconds(*stop_after)) : "no end";
+  return stop_after ? fmt::format("{}", to_seconds(*stop_after)) : "no end";
 }
 
 void add(std::string& text, std::string_view key, const std::string& before,
@@ -43,9 +34,10 @@ void add(std::string& text, std::string_view key, const std::string& before,
 LoadedStudy load_extended(const std::filesystem::path& file,
                           const std::vector<std::string>& overrides) {
   for (const std::string& assignment : overrides) {
-    const std::string_view key = key_of(assignment);
+    const SettingOverride setting = parse_override(assignment);
+    const std::string key = fmt::format("{}", fmt::join(setting.key, "."));
     if (std::find(kMayGrow.begin(), kMayGrow.end(), key) != kMayGrow.end()) continue;
-    throw StudyError("--set", ConfigError(std::string(key), value_of(assignment), kMayGrowRule));
+    throw StudyError(kCommandLineOrigin, ConfigError(key, setting.text, kMayGrowRule));
   }
   return load_study(file, overrides);
 }
@@ -70,7 +62,8 @@ void check_extends(const LoadedStudy& before, const LoadedStudy& after,
     refuse("study.stop_after_s", as_text(end_after),
            "the study has begun without an end in time: its journal has not counted the time");
   }
-  if (end_before && end_after && *end_after < *end_before) {
+  // Without an end the runs would go on that had ended by it.
+  if (end_before && (!end_after || *end_after < *end_before)) {
     refuse("study.stop_after_s", as_text(end_after), must_not_shrink(as_text(end_before)));
   }
   for (std::size_t i = 0; i < before.study.conditions.size(); ++i) {
@@ -81,6 +74,15 @@ void check_extends(const LoadedStudy& before, const LoadedStudy& after,
            must_not_shrink(std::to_string(had),
                            fmt::format(" (condition {})", before.study.conditions[i].name)));
   }
+}
+
+bool has_grown(const Study& before, const Study& after) {
+  bool grown = after.repetitions != before.repetitions || after.stop_after != before.stop_after;
+  for (std::size_t i = 0; i < before.conditions.size(); ++i) {
+    grown = grown || after.conditions[i].exploration.num_rollouts !=
+                         before.conditions[i].exploration.num_rollouts;
+  }
+  return grown;
 }
 
 std::string describe_extension(const Study& before, const Study& after) {

@@ -85,8 +85,13 @@ class PolicyCache {
                  .fitted = fitted ? &*fitted : nullptr});
     reader.finish();
     if (given) return *given;
-    // Where the data came from decides nothing: what they are stands in the study.
-    if (!start.demonstration_text.empty()) resolved["demonstration"].erase("files");
+    if (!start.demonstration_text.empty()) {
+      // Where the data came from decides nothing: what they are stands in the study. A study of
+      // form 1 names them by the bytes of their files, which the store does not.
+      json& demonstration = resolved["demonstration"];
+      demonstration.erase("files");
+      demonstration["content"] = to_hex(content_hash(start.demonstration_text));
+    }
     return {.start = std::move(start), .settings = std::move(resolved)};
   }
 
@@ -227,7 +232,6 @@ class StudyBuilder {
         policies_(policies, stored_, starts) {
     const json& attached = document.attached();
     try {
-      check_written_by(attached);
       if (attached.contains("demonstrations")) {
         stored_.read_demonstrations(attached["demonstrations"]);
       }
@@ -261,6 +265,7 @@ class StudyBuilder {
   }
 
   LoadedStudy take() {
+    loaded_.text = document_.text();
     loaded_.resolved.study = std::make_shared<json>(study_table_);
     for (const char* grows : {"repetitions", "stop_after_s"}) study_table_.erase(grows);
     loaded_.lasting_id = content_hash(study_table_.dump() + lasting_);

@@ -21,6 +21,9 @@ namespace treeroll {
 
 struct LoadedStudy {
   Study study;
+  /// What was read, of the file itself and with plain line ends: a journal knows a study by the
+  /// hash of this. Read once, as a learner may be writing the file anew.
+  std::string text;
   ResolvedStudy resolved;
   /// By condition: StartPolicy::log_likelihoods.
   std::vector<std::vector<double>> log_likelihoods;

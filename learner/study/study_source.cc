@@ -17,6 +17,7 @@ using nlohmann::json;
 struct Source {
   json content;
   SettingOrigins origins;
+  std::string text;
 };
 
 bool has_name_of(const json& entry, const json& other) {
@@ -59,7 +60,7 @@ void extend(Source& target, Source source) {
 
 Source read(const std::filesystem::path& file, int num_files) {
   Source source;
-  source.origins = read_toml_file(file, source.content, "[study] and a condition");
+  source.origins = read_toml_file(file, source.content, "[study] and a condition", &source.text);
   const auto found = source.content.find("extends");
   if (found == source.content.end()) return source;
   const auto refuse = [&](const std::string& rule) {
@@ -75,15 +76,18 @@ Source read(const std::filesystem::path& file, int num_files) {
   }
   Source extended = read(file.parent_path() / found->get<std::string>(), num_files + 1);
   source.content.erase(found);
+  extended.text = std::move(source.text);
   extend(extended, std::move(source));
   return extended;
 }
 
 }  // namespace
 
-SettingOrigins read_study_source(const std::filesystem::path& file, json& content) {
+SettingOrigins read_study_source(const std::filesystem::path& file, json& content,
+                                 std::string* text) {
   Source source = read(file, 1);
   content = std::move(source.content);
+  if (text) *text = std::move(source.text);
   return std::move(source.origins);
 }
 

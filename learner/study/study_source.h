@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 
 #include "learner/study/study_error.h"
 
@@ -15,7 +16,9 @@ inline constexpr int kExtendedFilesMax = 8;
 /// of the extended file's one of the same name, others follow behind. Throws StudyError: see
 /// read_toml_file; on more than kExtendedFilesMax files (two that extend each other, say).
 /// @param content  set to the document, without `extends`
+/// @param text     set to what was read of the file itself, with plain line ends; may be null
 /// @return         where every key stands
-SettingOrigins read_study_source(const std::filesystem::path& file, nlohmann::json& content);
+SettingOrigins read_study_source(const std::filesystem::path& file, nlohmann::json& content,
+                                 std::string* text = nullptr);
 
 }  // namespace treeroll

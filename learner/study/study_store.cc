@@ -66,11 +66,11 @@ std::optional<StartPolicy> StudyStore::start(const json& policy_settings,
 
 void StudyStore::keep(const json& policy_settings, const StartPolicy& start) {
   if (!start.demonstration) return;
+  const std::string name = start_name(policy_settings);
+  if (starts_->contains(name)) return;  // conditions often share a start
   if (!start.demonstration_text.empty()) {
     demonstrations_[to_hex(content_hash(start.demonstration_text))] = start.demonstration_text;
   }
-  const std::string name = start_name(policy_settings);
-  if (starts_->contains(name)) return;  // conditions often share a start
   (*starts_)[name] = {{"log_likelihoods", start.log_likelihoods},
                       {"policy", to_json(*start.policy)}};
 }

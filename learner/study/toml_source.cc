@@ -21,8 +21,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kOverride = "--set";
-
 [[noreturn]] void refuse(const std::string& location, const std::string& rule) {
   throw StudyError(location, ConfigError("", "", rule));
 }
@@ -206,9 +204,9 @@ std::string inline_toml(const json& value) {
 }  // namespace
 
 SettingOrigins read_toml_file(const std::filesystem::path& path, json& content,
-                              std::string_view least) {
+                              std::string_view least, std::string* text_read) {
   const std::string name = path.string();
-  const std::string text = read_file(path);
+  std::string text = read_file(path);
   if (const int line = first_line_too_deep(text); line != 0) {
     refuse(fmt::format("{}:{}", name, line),
            fmt::format("is nested deeper than {} tables", kTomlDepthMax));
@@ -218,6 +216,7 @@ SettingOrigins read_toml_file(const std::filesystem::path& path, json& content,
     if (document.empty()) refuse(name, fmt::format("is empty: must hold at least {}", least));
     Converter converter(name, true);
     content = converter.convert(document, "", 0);
+    if (text_read) *text_read = std::move(text);
     return converter.take_origins();
   } catch (const toml::parse_error& error) {
     const toml::source_position where = error.source().begin;
@@ -228,14 +227,14 @@ SettingOrigins read_toml_file(const std::filesystem::path& path, json& content,
 SettingOverride parse_override(const std::string& argument) {
   const auto equals = argument.find('=');
   if (equals == std::string::npos) {
-    throw StudyError(kOverride, ConfigError(argument, "", "must be KEY=VALUE"));
+    throw StudyError(kCommandLineOrigin, ConfigError(argument, "", "must be KEY=VALUE"));
   }
   const std::string dotted = argument.substr(0, equals);
   SettingOverride setting{.key = {}, .text = argument.substr(equals + 1)};
   std::istringstream parts(dotted + ".");
   for (std::string part; std::getline(parts, part, '.');) {
     if (!is_bare_key(part) || setting.key.size() == kTomlDepthMax) {
-      throw StudyError(kOverride,
+      throw StudyError(kCommandLineOrigin,
                        ConfigError(argument, "", "must be KEY=VALUE, KEY like study.seed"));
     }
     setting.key.push_back(part);
@@ -250,21 +249,21 @@ void parse_override_value(const SettingOverride& setting, json& value) {
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
   if (text.size() > kStudyBytesMax || std::any_of(text.begin(), text.end(), is_control) ||
       first_line_too_deep(document_text) != 0) {
-    throw StudyError(kOverride, ConfigError(key, "", "must be a single TOML value"));
+    throw StudyError(kCommandLineOrigin, ConfigError(key, "", "must be a single TOML value"));
   }
   try {
     const toml::table document = toml::parse(document_text);
-    value = Converter(kOverride, false).convert(*document.get("v"), key, 0);
+    value = Converter(kCommandLineOrigin, false).convert(*document.get("v"), key, 0);
   } catch (const toml::parse_error& error) {
     // What begins like a string, list or table was meant as one.
     if (text.empty() || text.find_first_of("\"'[]{}#=") != std::string::npos) {
-      throw StudyError(kOverride, ConfigError(key, text, error.what()));
+      throw StudyError(kCommandLineOrigin, ConfigError(key, text, error.what()));
     }
     value = text;
     try {
       static_cast<void>(value.dump());
     } catch (const json::type_error&) {
-      throw StudyError(kOverride, ConfigError(key, "", "must be UTF-8 text"));
+      throw StudyError(kCommandLineOrigin, ConfigError(key, "", "must be UTF-8 text"));
     }
   }
 }

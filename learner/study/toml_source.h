@@ -23,9 +23,10 @@ inline constexpr std::size_t kStudyFileBytesMax = std::size_t{32} << 20;
 /// NUL characters, tables in tables beyond a depth of 32.
 /// @param content  set to the document
 /// @param least    what it must hold, for the error of an empty one
+/// @param text     set to what was read, with plain line ends; may be null
 /// @return         line of every key
 SettingOrigins read_toml_file(const std::filesystem::path& path, nlohmann::json& content,
-                              std::string_view least);
+                              std::string_view least, std::string* text = nullptr);
 
 /// A setting of the command line.
 struct SettingOverride {

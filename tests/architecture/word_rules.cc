@@ -74,7 +74,7 @@ std::vector<Finding> check_words(const SourceFile& file) {
   const Room& rules = rooms().at(room);
   if (rules.is_core) apply(core_rules(), file, findings);
   if (rules.is_core || rules.is_portable) apply(repeatable_rules(), file, findings);
-  const bool declares_them = file.path.starts_with("common/base/elementary.");
+  const bool declares_them = file.path.starts_with("common/base/elementary");
   if (rules.is_portable && !declares_them) apply(portable_rules(), file, findings);
   return findings;
 }

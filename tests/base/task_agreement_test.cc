@@ -28,7 +28,9 @@ std::string disagreement(const json& settings, const TaskDescription& descriptio
   return "";
 }
 
-constexpr const char* kEnd = ": this worker program's task is another one";
+constexpr const char* kEnd =
+    ": this worker program's task is another one; in a study that you changed yourself, remove "
+    "[task.described]";
 
 TEST(TaskAgreementTest, AContentIsAFunctionOfNameSettingsAndDescription) {
   EXPECT_EQ(task_content("reach", {{"b", 1}, {"a", 2}}, nullptr),

@@ -19,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::vector<JournalRecord> records_of(const fs::path& directory) {
   std::vector<JournalRecord> records;
@@ -109,8 +110,13 @@ TEST_F(ReplayTest, AForgedJournalIsFoundOut) {
   EXPECT_THAT(error_of([](auto& records) { std::get<JournalStart>(records[0]).study_id = {}; }),
               HasSubstr("another study"));
   EXPECT_THAT(
-      error_of([](auto& records) { ++std::get<JournalStart>(records[0]).algorithm_version; }),
-      HasSubstr("version 2 of the algorithm (treeroll "));
+      error_of([](auto& records) {
+        JournalStart& start = std::get<JournalStart>(records[0]);
+        start.algorithm_version = 1;
+        start.program = "0.1.0";
+      }),
+      HasSubstr("version 1 of the algorithm, this program has version 2, which gives other bits: "
+                "go on with treeroll 0.1.0, or learn its study.toml anew"));
   EXPECT_THAT(error_of([](auto& records) { records.resize(100); }), HasSubstr("differs from what"));
   EXPECT_THAT(error_of([](auto& records) {
                 records.insert(records.begin() + 9, LearningTime{seconds(1)});
@@ -118,6 +124,75 @@ TEST_F(ReplayTest, AForgedJournalIsFoundOut) {
               HasSubstr(at(good, 9) + "the journal counts the time of a study that has no"));
   EXPECT_THAT(error_of([](auto& records) { records.insert(records.end() - 1, records[7]); }),
               HasSubstr("the journal goes on although every run has ended"));
+}
+
+/// As version 0.1.0 left it: no start was evaluated, and its tables had fewer columns.
+TEST_F(ReplayTest, AFinishedFolderOfTheFirstFormIsWhole) {
+  const fs::path directory = learn("old");
+  std::vector<JournalRecord> records;
+  for (JournalRecord record : records_of(directory)) {
+    if (auto* start = std::get_if<JournalStart>(&record)) start->format = 1;
+    const auto* result = std::get_if<AcceptedResult>(&record);
+    const bool is_of_start = result && result->key.number == -2;
+    if (!is_of_start && !std::holds_alternative<KnownWorker>(record)) records.push_back(record);
+  }
+  forge(directory, records);
+  for (const char* file : {"tree-0", "tree-1", "flat-0", "flat-1"}) {
+    fs::remove(directory / "policies" / (std::string(file) + ".final.json"));
+  }
+  const Said verified = verify(directory);
+  EXPECT_EQ(verified.status, 0) << verified.errors;
+  EXPECT_THAT(verified.output, HasSubstr("programs   treeroll 0.1.0\n"));
+  EXPECT_THAT(verified.output, HasSubstr("results    not compared: files of an earlier version\n"));
+  EXPECT_THAT(verified.output, Not(HasSubstr("missing")));
+  const fs::path results = service_.directory() / "results";
+  const Said written = run("treeroll-replay", {directory.string(), "--results", results.string()});
+  EXPECT_EQ(written.status, 0) << written.errors;
+  EXPECT_TRUE(fs::exists(results / "policies/tree-0.final.json"));
+}
+
+/// A learner that is killed between study.toml and the record of an extension.
+TEST_F(ReplayTest, ResultsBeforeAnUnfinishedExtensionAreNotComparedAndTheReportFolds) {
+  const fs::path directory = learn("killed");
+  const std::string journal = read_file(directory / "journal.lcmlog");
+  const Said extended =
+      run("treeroll-learner", {"--resume", directory.string(), "--set", "study.rollouts=70",
+                               "--local-workers", "2", "--lcm-url", service_.url()});
+  ASSERT_EQ(extended.status, 0) << extended.errors;
+  write_file(directory / "journal.lcmlog", journal);
+  const Said verified = verify(directory);
+  EXPECT_EQ(verified.status, 0) << verified.errors;
+  EXPECT_THAT(verified.output, HasSubstr("extension  study.rollouts from 60 to 70\n"));
+  EXPECT_THAT(verified.output,
+              HasSubstr("results    not compared: an extension is not finished\n"));
+  const Said reported = run("treeroll-report", {directory.string(), "--output",
+                                                (service_.directory() / "report").string()});
+  EXPECT_EQ(reported.status, 0) << reported.errors;
+  EXPECT_THAT(read_file(service_.directory() / "report/report.md"),
+              HasSubstr("240 of 280 roll-outs are learnt"));
+}
+
+TEST_F(ReplayTest, WhatCannotBeWrittenAtAnExtensionNamesTheWayOn) {
+  const fs::path directory = learn("full");
+  fs::create_directory(directory / "study.before-extension-1.toml");
+  write_file(directory / "study.before-extension-1.toml/x", "");
+  const Said refused =
+      run("treeroll-learner", {"--resume", directory.string(), "--set", "study.rollouts=70",
+                               "--local-workers", "2", "--lcm-url", service_.url()});
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("go on with --resume " + directory.string()));
+}
+
+TEST_F(ReplayTest, ALaterFormIsRefusedByEveryProgram) {
+  const fs::path directory = learn("later");
+  std::string study = read_file(directory / "study.toml");
+  study.replace(study.find("format = 2"), 10, "format = 3");
+  write_file(directory / "study.toml", study + "\n[cameras]\nnumber = 2\n");
+  for (const std::string program : {"treeroll-replay", "treeroll-report"}) {
+    const Said refused = run(program, {directory.string()});
+    EXPECT_EQ(refused.status, 2) << program;
+    EXPECT_THAT(refused.errors, HasSubstr("this program reads forms up to 2: take treeroll "));
+  }
 }
 
 TEST_F(ReplayTest, ChangedAndMissingResultFilesAreNamed) {

@@ -227,6 +227,40 @@ TEST_F(JournalFileTest, AJournalOfTheFirstFormIsReadAndGoesOnInThisOne) {
   EXPECT_EQ(class_list(origins.results_by_class()), "not known (1), x86_64 glibc 2.36 (1)");
 }
 
+TEST_F(JournalFileTest, AProgramThatWouldSteerATerminalIsShownWithout) {
+  std::uint64_t check = 0;
+  const std::string bytes = frame(JournalStart{.program = "1\x1b[2J\n\x7f\xc3"}, 0, 0, 0, check);
+  const Result<FramedRecord> framed = unframe(bytes);
+  ASSERT_TRUE(framed);
+  EXPECT_EQ(std::get<JournalStart>(framed->record).program, "1?[2J???");
+}
+
+/// A result may hold a duration that is not known, which our writer leaves out.
+TEST_F(JournalFileTest, RecordsAreAsLongAsTheyStandInTheFile) {
+  std::uint64_t check = 0;
+  std::string bytes = frame(JournalStart{}, 0, 0, 0, check);
+  AcceptedResult timed = result(0);
+  timed.duration_ns = 1;
+  std::uint64_t ignored = 0;
+  std::string longer = frame(timed, 1, 0, check, ignored);
+  longer.resize(longer.size() - 24);  // its duration, the check before it and its own
+  longer += std::string(8, '\xff') + bytes.substr(bytes.size() - 8);
+  std::uint64_t own = static_cast<std::uint64_t>(short_form(content_hash(longer)));
+  for (int shift = 56; shift >= 0; shift -= 8) longer += static_cast<char>(own >> shift);
+  bytes += longer;
+  const std::string intact = bytes + frame(result(1), 2, 0, own, own);
+  const std::string last = frame(result(2), 3, 0, own, own);
+  std::string damaged = frame(result(2), 3, 0, own, own);
+  damaged[50] ^= 1;
+  replace(intact + damaged + last);
+  const Salvaged salvaged = salvage_journal(path());
+  EXPECT_EQ(salvaged.num_records, 3);
+  EXPECT_EQ(salvaged.bytes_kept, intact.size());
+  std::ifstream file(path(), std::ios::binary);
+  EXPECT_EQ((std::string{std::istreambuf_iterator<char>(file), {}}), intact);
+  EXPECT_TRUE(read());
+}
+
 TEST_F(JournalFileTest, ALaterFormIsNamedWithItsProgramAndIsNoDamage) {
   write(2, false);
   const Result<JournalTail> tail = read();

@@ -41,6 +41,28 @@ class JournalFoldTest : public testing::Test {
   fs::path folder_;
 };
 
+/// Both forms that version 0.1.0 of treeroll and what came before 0.2.0 have written, and a later.
+TEST_F(JournalFoldTest, AnotherVersionOfTheAlgorithmIsNamedWithTheProgramThatGoesOn) {
+  const auto error_with = [this](const JournalStart& start) {
+    const fs::path journal = folder_ / "versions";
+    fs::remove(journal);
+    JournalWriter writer(journal);
+    writer.append(start, 0);
+    writer.flush();
+    return error_of(journal);
+  };
+  EXPECT_EQ(error_with({}), "folded");
+  EXPECT_THAT(error_with({.algorithm_version = 1, .format = 1}),
+              HasSubstr("was written by version 1 of the algorithm, this program has version 2, "
+                        "which gives other bits: go on with treeroll 0.1.0, or learn its "
+                        "study.toml anew"));
+  EXPECT_THAT(error_with({.algorithm_version = 1, .program = "0.1.7"}),
+              HasSubstr("go on with treeroll 0.1.7, or"));
+  EXPECT_THAT(error_with({.algorithm_version = 3, .program = "0.9"}),
+              HasSubstr("version 3 of the algorithm, this program has version 2, which gives other "
+                        "bits: go on with treeroll 0.9, or"));
+}
+
 TEST_F(JournalFoldTest, SalvageIsAdvisedOfDamageNotOfWhatCannotBeRead) {
   const fs::path journal = folder_ / "journal";
   EXPECT_EQ(error_of(journal), journal.string() + ": No such file or directory");

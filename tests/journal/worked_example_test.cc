@@ -47,11 +47,11 @@ TEST(JournalRecordTest, AResultKeepsItsReasonAndADiscardedTrialIsOne) {
 
 TEST(WorkedExampleTest, IsWhatTheCodeWrites) {
   std::uint64_t check = 0;
-  const std::string start = frame(JournalStart{.algorithm_version = 1,
+  const std::string start = frame(JournalStart{.algorithm_version = 2,
                                                .study_id = content_hash("[study]\n"),
                                                .learner_id = 258,
                                                .format = 2,
-                                               .program = "0.1.0"},
+                                               .program = "0.2.0"},
                                   0, 1'000'000, 0, check);
   const std::string worker =
       frame(KnownWorker{.worker_id = 4660, .numeric_class = "x86_64", .host = "vm", .pid = 31488},

@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "learner/core/answer.h"
+#include "learner/core/numeric_classes.h"
+#include "learner/core/worker_table.h"
 #include "tests/learner_core/cluster.h"
 
 namespace treeroll::learner {
@@ -87,6 +90,55 @@ TEST(NumericClassesTest, AStudyThatWaitsForAClassSaysSo) {
   }
   EXPECT_EQ(waiting_for,
             "none of the 1 workers takes roll-outs: the study demands numeric class riscv");
+}
+
+TEST(NumericClassesTest, AWorkerThatWasOnlySilentKeepsItsNamesAndItsClass) {
+  WorkerTable table;
+  WorkerEntry* worker = table.hear(4, TimePoint{});
+  ASSERT_TRUE(worker);
+  worker->host = "far";
+  worker->pid = 12;
+  worker->numeric_class = "aarch64";
+  worker->noted_class = "aarch64";
+  worker->other_class = true;
+  const TimePoint later = TimePoint{} + protocol::kWorkerSilence + seconds(1);
+  ASSERT_EQ(table.remove_silent(later).size(), 1U);
+  worker = table.hear(4, later);  // an answer, before its next heartbeat
+  ASSERT_TRUE(worker);
+  EXPECT_EQ(describe(*worker), "worker 4 (far pid 12)");
+  EXPECT_EQ(worker->numeric_class, "aarch64");
+  EXPECT_EQ(worker->noted_class, "aarch64");
+  EXPECT_TRUE(worker->other_class);
+}
+
+TEST(NumericClassesTest, AClassThatNobodyNamedIsNone) {
+  NumericClasses one("one");
+  EXPECT_FALSE(one.allows(""));
+  EXPECT_FALSE(one.count(""));
+  EXPECT_EQ(one.index(""), kUnknownClass);
+  EXPECT_TRUE(one.counts().empty());
+  EXPECT_TRUE(one.allows("x86_64"));  // the first result decides, not the one without a class
+  EXPECT_TRUE(one.count("x86_64"));
+  EXPECT_FALSE(one.allows("aarch64"));
+  EXPECT_TRUE(NumericClasses("any").allows(""));
+}
+
+/// A foreign worker, say.
+TEST(NumericClassesTest, AWorkerThatNamesNoClassIsTakenOnlyWhereAnyWillDo) {
+  Cluster any(study_of("any"));
+  any.add_worker(1).numeric_class = "";
+  any.start();
+  any.run(seconds(60));
+  EXPECT_EQ(any.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_TRUE(any.core->results_by_class().empty());
+  Cluster one(study_of("one"));
+  one.add_worker(1).numeric_class = "";
+  one.add_worker(2).numeric_class = "x86_64";
+  one.start();
+  one.run(seconds(60));
+  EXPECT_EQ(one.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(one.workers[0]->num_requests, 0);
+  EXPECT_THAT(all_of(one.log), HasSubstr("it is of numeric class unknown, the study demands one"));
 }
 
 TEST(NumericClassesTest, TheJournalKnowsEachWorkerBeforeItsFirstResult) {

@@ -3,8 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
+#include "common/base/processor.h"
+#include "common/mixture/gmr_lanes.h"
 #include "tests/mixture/random_mixture.h"
 
 namespace treeroll {
@@ -170,6 +176,52 @@ TEST(GmrTest, GivesTheTotalVarianceOfTheOutputs) {
   const VectorXd x = VectorXd::Zero(1);
   EXPECT_NEAR(gmr.variance(x, VarianceKind::kTotal)(0, 0), 10, 1e-14);
   EXPECT_NEAR(gmr.variance(x, VarianceKind::kAsPrinted)(0, 0), .5, 1e-14);
+}
+
+/// Every width that this processor has, full and not, beside whoever.
+TEST(GmrTest, GivesTheSameBitsForManyInputsAtATime) {
+  for (std::uint32_t number = 0; number < 10; ++number) {
+    test::RandomMixture random(number);
+    for (const auto& [in, dim, components] :
+         {std::tuple{1, 2, 1}, {1, 2, 5}, {1, 3, 4}, {1, 8, 2}, {2, 3, 3}}) {
+      const Gmr gmr(random.gmm(in, dim, components));
+      Gmr::WorkSpace work = gmr.work_space();
+      for (int count = 0; count < 20; ++count) {
+        const VectorXd inputs = 100 * random.vector(count * in);
+        VectorXd together(count * (dim - in));
+        gmr.regress_all({inputs.data(), static_cast<std::size_t>(inputs.size())}, work,
+                        {together.data(), static_cast<std::size_t>(together.size())});
+        for (int i = 0; i < count; ++i) {
+          EXPECT_EQ(together.segment(i * (dim - in), dim - in),
+                    gmr.regress(inputs.segment(i * in, in)));
+        }
+      }
+    }
+  }
+}
+
+TEST(GmrTest, GivesTheSameBitsInEveryWidth) {
+  const std::pair<int, GmrLanes> widths[] = {
+      {2, &gmr_regress_2}, {4, &gmr_regress_4}, {8, &gmr_regress_8}};
+  const double mean_input[] = {-1, .5, 2}, precision[] = {2, .7, 3}, log_weight[] = {-1, 0, -2};
+  const double slope[] = {1, -2, .3, 4, 0, -1}, mean_output[] = {0, 1, -5, 2, 7, .1};
+  const gmr_kernel::Lines lines = {3, 2, mean_input, precision, log_weight, slope, mean_output};
+  std::array<double, 8> inputs{};
+  std::array<double, 16> expected{};
+  std::array<double, 24> weights{};
+  for (std::size_t i = 0; i < 8; ++i) {
+    inputs[i] = static_cast<double>(i) * .77 - 2;
+    gmr_kernel::regress(lines, inputs[i], weights.data(), [&](int o, double output) {
+      expected[2 * i + static_cast<std::size_t>(o)] = output;
+    });
+  }
+  for (const auto& [width, regress] : widths) {
+    if (width > widest_lanes()) continue;
+    std::array<double, 16> outputs{};
+    regress(lines, inputs.data(), weights.data(), outputs.data());
+    const auto size = static_cast<std::size_t>(2 * width);
+    EXPECT_TRUE(std::equal(outputs.begin(), outputs.begin() + size, expected.begin())) << width;
+  }
 }
 
 }  // namespace

@@ -119,13 +119,6 @@ TEST_F(CsvTest, ABestRewardOfZeroIsAFigure) {
   EXPECT_THAT(content(folder_ / "runs.csv"), HasSubstr("\nflat,0,0,1,0,,,0,0,,"));
 }
 
-TEST_F(CsvTest, FieldsWithCommasQuotesAndLineBreaksAreQuoted) {
-  EXPECT_EQ(csv_field("plain"), "plain");
-  EXPECT_EQ(csv_field("a,b"), "\"a,b\"");
-  EXPECT_EQ(csv_field("say \"a\""), "\"say \"\"a\"\"\"");
-  EXPECT_EQ(csv_field("a\nb"), "\"a\nb\"");
-}
-
 TEST_F(CsvTest, AnOldFileIsReplacedAsAWholeAndNothingElseIsLeft) {
   write_atomically(folder_ / "runs.csv", "old and much longer than what follows");
   write_atomically(folder_ / "runs.csv", "new");

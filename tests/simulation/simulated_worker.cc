@@ -253,10 +253,21 @@ void SimulatedWorker::perform(const worker::RunRollout& effect) {
       evaluator.known.contains({worker::DefinitionKind::kTask, request.task_id}) &&
           evaluator.known.contains({worker::DefinitionKind::kPolicy, request.policy_id}),
       "a roll-out for an evaluator that lacks a definition");
-  begin(evaluator, effect.job);
+  if (!evaluator.more) {
+    begin(evaluator, effect.job);
+    evaluator.lost = false;
+    evaluator.ahead = {};
+  } else {
+    observer_.count("roll-outs beside others");
+  }
+  evaluator.more = effect.more;
+  if (evaluator.lost) return;
   ++observer_.num_simulations;
 
-  const Duration duration = dice_.between(scenario_.task.duration_min, scenario_.task.duration_max);
+  const Duration own = dice_.between(scenario_.task.duration_min, scenario_.task.duration_max);
+  evaluator.ahead += own;
+  const Duration duration = evaluator.ahead;
+  evaluator.lost = true;
   if (schedule_.now() < killed_until_) {
     die(index, dice_.between(Duration{}, duration), worker::Death::kForeignSignal, kSigkill);
     return;
@@ -279,15 +290,16 @@ void SimulatedWorker::perform(const worker::RunRollout& effect) {
     if (request.key.number % 2 == 0) evaluator.cpu_time_max = duration;  // blocked, not busy
     return;
   }
+  evaluator.lost = false;
   evaluator.cpu_time_max = duration;
   const Outcome outcome = task_.outcome(request.key, request.task_seed, request.theta);
   if (outcome.status() == RolloutStatus::kDiverged) observer_.count("roll-outs diverged");
   if (outcome.is_discarded()) observer_.count("trials discarded");
-  from_evaluator(index, duration, [index, job = effect.job, duration, outcome](Evaluator& self) {
-    self.job = 0;
+  from_evaluator(index, duration, [index, effect, own, outcome](Evaluator& self) {
+    if (!effect.more) self.job = 0;
     self.num_killed = 0;
     return worker::RolloutEvaluated{
-        .evaluator = index, .job = job, .outcome = outcome, .duration_ns = duration.count()};
+        .evaluator = index, .job = effect.job, .outcome = outcome, .duration_ns = own.count()};
   });
 }
 

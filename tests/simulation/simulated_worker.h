@@ -43,6 +43,9 @@ class SimulatedWorker : public Node {
     std::int64_t job = 0;  ///< 0: idle
     TimePoint since;
     Duration cpu_time_max{};  ///< the job burns no more
+    bool more = false;        ///< of roll-outs given together the next is to come
+    bool lost = false;        ///< of these one crashes or hangs: none after it is begun
+    Duration ahead{};         ///< what those before take
     std::set<worker::DefinitionName> known;
     int num_killed = 0;  ///< predecessors killed by others in a row, since the last result
   };

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "common/files/whole_file.h"
 #include "learner/study/study_extension.h"
@@ -243,6 +245,101 @@ TEST_F(StateStudyTest, AForgedEvaluationOfTheStudyBeforeIsFound) {
         }
       },
       std::runtime_error);
+}
+
+/// Version 0.1.0 did not evaluate the start, and said nothing of forms and workers.
+TEST_F(StateStudyTest, AFinishedStudyOfTheFirstFormHasEndedAndHasItsFinalReward) {
+  const fs::path directory = learnt("a", tree_study("", 12));
+  std::vector<JournalRecord> records;
+  ASSERT_TRUE(read_journal(journal_of(directory),
+                           [&](const JournalRecord& record) { records.push_back(record); }));
+  fs::remove(journal_of(directory));
+  {
+    JournalWriter writer(journal_of(directory));
+    for (JournalRecord& record : records) {
+      if (auto* start = std::get_if<JournalStart>(&record)) start->format = 1;
+      const auto* result = std::get_if<AcceptedResult>(&record);
+      if (!result || result->key.number != learner::Run::kStart) writer.append(record, 0);
+    }
+    writer.flush();
+  }
+  const StateFiles files = state_files(directory);
+  const StateStudy state = read_state_study(files);
+  learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
+  fold_state(files, state, TimePoint{}, core);
+  const std::vector<RunRecord> runs = core.run_records();
+  EXPECT_EQ(what_is_missing(state.loaded.study, runs), "");
+  for (const RunRecord& run : runs) {
+    EXPECT_FALSE(run.start);
+    EXPECT_EQ(run.final_reward, mean_reward(run.finals));
+    EXPECT_TRUE(run.final_reward);
+  }
+  // Whoever goes on with it evaluates the start.
+  EXPECT_EQ(core.outcome(), learner::LearnerCore::Outcome::kRunning);
+}
+
+TEST_F(StateStudyTest, WhatPeopleAreShownDoesNotDecideWhetherAStudyHasGrown) {
+  HandLearner first(folder_ / "a", tree_study("stop_after_s = 10000000.0\n", 12));
+  first.flush();
+  const StateStudy state =
+      read_state_study(state_files(folder_ / "a"), {"study.stop_after_s=10000040.0"});
+  EXPECT_TRUE(state.in_journal.is_before_extension);
+  EXPECT_EQ(state.extension, "study.stop_after_s from 10000000 to 10000040");
+}
+
+TEST_F(StateStudyTest, AStudyMayNotLoseItsEnd) {
+  HandLearner learner(folder_ / "a", tree_study("stop_after_s = 2.0\n", 12));
+  learner.flush();
+  const LoadedStudy before = load_study(study_of(folder_ / "a"), {});
+  LoadedStudy after = load_study(study_of(folder_ / "a"), {});
+  after.study.stop_after.reset();
+  try {
+    check_extends(before, after, "study.toml");
+    ADD_FAILURE() << "accepted";
+  } catch (const StudyError& error) {
+    EXPECT_STREQ(error.what(),
+                 "study.toml: study.stop_after_s = no end: must be at least 2, which the study has "
+                 "begun with");
+  }
+}
+
+TEST_F(StateStudyTest, TheStudyBeforeAnUnfinishedExtensionIsVerifiedToo) {
+  const fs::path directory = learnt("a", tree_study("", 12));
+  extend(directory, {"study.rollouts=20"});
+  {
+    HandLearner killed(directory, "", {"study.rollouts=24"});
+    killed.begin(false);
+  }
+  const StateFiles files = state_files(directory);
+  EXPECT_THAT(verify_earlier_studies(files, read_state_study(files)),
+              testing::ElementsAre("study.rollouts from 12 to 20", "study.rollouts from 20 to 24"));
+}
+
+/// Another learner may extend the study between two looks at its file.
+TEST_F(StateStudyTest, AStudyIsKnownByTheTextThatWasRead) {
+  const fs::path directory = learnt("a", tree_study("", 12));
+  const std::string before = read_whole_file(study_of(directory));
+  {
+    HandLearner killed(directory, "", {"study.rollouts=20"});
+    killed.begin(false);
+  }
+  const std::string after = read_whole_file(study_of(directory));
+  const ContentHash id = content_hash(before);
+  std::atomic<bool> stops = false;
+  std::thread writer([&] {
+    for (bool turn = false; !stops; turn = !turn) {
+      std::ofstream(folder_ / "next") << (turn ? before : after);
+      fs::rename(folder_ / "next", study_of(directory));
+    }
+  });
+  for (int i = 0; i < 200; ++i) {
+    const StateStudy state = read_state_study(state_files(directory));
+    const int rollouts = state.loaded.study.conditions[0].exploration.num_rollouts;
+    EXPECT_EQ(state.in_journal.id, id);
+    EXPECT_EQ(state.in_journal.is_before_extension, rollouts == 20) << rollouts;
+  }
+  stops = true;
+  writer.join();
 }
 
 TEST_F(StateStudyTest, SaysHowFarAStudyHasCome) {

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <iterator>
 #include <optional>
 #include <string>
 
 #include "common/base/content_hash.h"
+#include "learner/study/resolved_study.h"
 #include "learner/study/study_file.h"
 #include "learner/study/task_table.h"
 #include "tests/study/equal_studies.h"
@@ -135,6 +137,57 @@ TEST_F(StandaloneStudyTest, ALaterFormIsNamedWithTheProgramThatWroteIt) {
             "FILE:3: written_by.format = 3: this program reads forms up to 2: take treeroll 4.5");
   EXPECT_THAT(error(replaced(resolved_, "format = 2", "format = \"x\"")),
               HasSubstr("written_by.format"));
+}
+
+/// A form that is not known may hold tables and settings that are not either.
+TEST_F(StandaloneStudyTest, ALaterFormIsRefusedBeforeItsTablesAre) {
+  const std::string later =
+      replaced(resolved_, "format = 2\nprogram = \"0.2.0\"", "format = 3\nprogram = \"4.5\"") +
+      "\n[cameras]\nnumber = 2\n";
+  const std::string refusal =
+      "FILE:3: written_by.format = 3: this program reads forms up to 2: take treeroll 4.5";
+  EXPECT_EQ(error(later), refusal);
+  EXPECT_EQ(error_of(StudyText(later), [](const fs::path& path) { (void)read_study_name(path); }),
+            refusal);
+  EXPECT_EQ(error("written_by = 3\n" + std::string(kSmallStudy)),
+            "FILE:1: written_by = 3: must be a table");
+}
+
+TEST_F(StandaloneStudyTest, ANameIsReadOfAnyTomlThatAStudyMayBe) {
+  const auto name_error = [](const std::string& text) {
+    return error_of(StudyText(text), [](const fs::path& path) { (void)read_study_name(path); });
+  };
+  EXPECT_EQ(read_study_name(StudyText("[study]\nname = \"mine\"\n").path()), "mine");
+  EXPECT_EQ(name_error("[study]\nname = 3\n"), "FILE:2: study.name: must be a string");
+  EXPECT_EQ(name_error("study = 3\n"), "FILE:1: study.name: must be a string");
+  EXPECT_EQ(name_error("[task]\n"), "FILE: study.name: must be a string");
+  EXPECT_THAT(name_error("[study\n"), HasSubstr("FILE:1:"));
+  // What costs a parser its stack.
+  std::string deep = "[study]\nname = \"mine\"\na";
+  for (int i = 0; i < 400'000; ++i) deep += ".a";
+  EXPECT_THAT(name_error(deep + " = 1\n"), HasSubstr("FILE:3: is nested deeper than"));
+}
+
+/// As version 0.1.0 wrote it: the files by their absolute paths, the hash of their bytes, no store.
+TEST_F(StandaloneStudyTest, AStudyOfTheFirstFormIsWrittenInThisOneAndNeedsItsFilesNoMore) {
+  std::ifstream csv(file_.folder() / "demo.csv", std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(csv), {}};
+  const std::string of_files = to_hex(content_hash(to_hex(content_hash(bytes))));
+  const std::size_t content = resolved_.find("content = \"");
+  std::string first = resolved_;
+  first.replace(content, std::string("content = \"").size() + 32 + 1,
+                "content = \"" + of_files + "\"\nfiles = [\"" +
+                    (file_.folder() / "demo.csv").string() + "\"]");
+  first.erase(first.find("[demonstrations]"));
+  first = replaced(first, "[written_by]\nformat = 2\nprogram = \"0.2.0\"\n", "");
+  const StudyText old(first);
+  const LoadedStudy loaded = load_study(old.path(), {});
+  study_test::expect_equal(loaded.study, loaded_->study);
+  EXPECT_EQ(loaded.lasting_id, loaded_->lasting_id);
+  EXPECT_EQ(loaded.resolved.to_toml("0.2.0"), resolved_);
+  fs::remove(file_.folder() / "demo.csv");
+  const StudyText written(loaded.resolved.to_toml("0.2.0"));
+  study_test::expect_equal(load_study(written.path(), {}).study, loaded.study);
 }
 
 TEST_F(StandaloneStudyTest, WhatATaskHasResolvedIsPartOfTheStudy) {

@@ -69,7 +69,7 @@ const BadStudy kBadStudies[] = {
     {with("rollouts = 30", "rollouts = 30\nfinal_evaluations = 0"),
      "FILE:4: study.final_evaluations = 0: must be an integer from 1 to 1000 (condition tree)"},
     {with("rollouts = 30", "rollouts = 30\ndiscards_max = -1"),
-     "FILE:4: study.discards_max = -1: must be an integer from 0 to 1000000 (condition tree)"},
+     "FILE:4: study.discards_max = -1: must be an integer from 0 to 1000 (condition tree)"},
     {with("rollouts = 30", "rollouts = 30\nstop_after_s = 0"),
      "FILE:4: study.stop_after_s = 0: must be a finite number of at least 0.001 and at most "
      "100000000 (condition tree)"},

@@ -33,24 +33,38 @@ class Tasks {
   std::map<std::string, std::unique_ptr<Task>> tasks_;
 };
 
-RunRecord learn_run(const Study& study, int index, Tasks& tasks) {
-  learner::Run run(study, index);
-  Task& task = tasks.get(study.conditions[run.condition()].task_content);
-  std::deque<explore::Draw> draws;
-  while (!run.done()) {
-    for (explore::Draw& more : run.take_draws()) draws.push_back(std::move(more));
-    CHECK(!draws.empty(), "a run that is not done wants nothing");
-    const explore::Draw next = std::move(draws.front());
-    draws.pop_front();
-    const std::int64_t seed =
-        learner::task_seed(study, run.repetition(), next.rollout, run.num_discards(next.rollout));
-    const std::unique_ptr<Controller> controller =
-        run.exploration().policy(next.layer).with(next.theta)->controller();
-    const Outcome outcome = task.evaluate(*controller, static_cast<std::uint64_t>(seed));
-    run.accept(next.rollout, outcome, 0);
+/// A run and its roll-outs that wait.
+class Learning {
+ public:
+  Learning(const Study& study, int index) : study_(study), run_(study, index) {}
+
+  bool done() const { return run_.done(); }
+  RunRecord record() const { return run_.record(); }
+  const std::string& task() const { return study_.conditions[run_.condition()].task_content; }
+
+  /// Precondition: not done().
+  Task::Evaluation next() {
+    for (explore::Draw& more : run_.take_draws()) draws_.push_back(std::move(more));
+    CHECK(!draws_.empty(), "a run that is not done wants nothing");
+    const explore::Draw& draw = draws_.front();
+    controller_ = run_.exploration().policy(draw.layer).with(draw.theta)->controller();
+    const std::int64_t seed = learner::task_seed(study_, run_.repetition(), draw.rollout,
+                                                 run_.num_discards(draw.rollout));
+    return {*controller_, static_cast<std::uint64_t>(seed)};
   }
-  return run.record();
-}
+  /// Of next().
+  void accept(const Outcome& outcome) {
+    const int rollout = draws_.front().rollout;
+    draws_.pop_front();
+    run_.accept(rollout, outcome, 0);
+  }
+
+ private:
+  const Study& study_;
+  learner::Run run_;
+  std::deque<explore::Draw> draws_;
+  std::unique_ptr<Controller> controller_;
+};
 
 }  // namespace
 
@@ -58,8 +72,23 @@ std::vector<RunRecord> run_study(const std::filesystem::path& file,
                                  const std::vector<std::string>& overrides) {
   const Study study = load_study(file, overrides).study;
   Tasks tasks;
+  std::deque<Learning> all;
+  std::map<std::string, std::vector<Learning*>> by_task;
+  for (int run = 0; run < study.num_runs(); ++run) {
+    Learning& learning = all.emplace_back(study, run);
+    by_task[learning.task()].push_back(&learning);
+  }
+  for (auto& [content, runs] : by_task) {
+    Task& task = tasks.get(content);
+    while (std::erase_if(runs, [](const Learning* run) { return run->done(); }), !runs.empty()) {
+      std::vector<Task::Evaluation> evaluations;
+      for (Learning* run : runs) evaluations.push_back(run->next());
+      const std::vector<Outcome> outcomes = task.evaluate_all(evaluations);
+      for (std::size_t i = 0; i < runs.size(); ++i) runs[i]->accept(outcomes[i]);
+    }
+  }
   std::vector<RunRecord> records;
-  for (int run = 0; run < study.num_runs(); ++run) records.push_back(learn_run(study, run, tasks));
+  for (const Learning& learning : all) records.push_back(learning.record());
   return records;
 }
 

@@ -8,8 +8,9 @@
 
 namespace treeroll {
 
-/// Learns a study in this process, roll-out by roll-out, without ledger, network and workers: the
-/// plainest reading of a study, and what the service must give to the bit. All runs to their end.
+/// Learns a study in this process, without ledger, network and workers: the plainest reading of a
+/// study, and what the service must give to the bit. All runs to their end, each roll-out by
+/// roll-out; those of one task go side by side, and their roll-outs are evaluated together.
 std::vector<RunRecord> run_study(const std::filesystem::path& study,
                                  const std::vector<std::string>& overrides);
 

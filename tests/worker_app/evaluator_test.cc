@@ -32,6 +32,8 @@ class MirrorTask : public Task {
     description_.time_limit_s = settings.number("time_limit_s", {}, 1);
     if (settings.boolean("nan", false)) description_.time_limit_s = std::nan("");
     if (settings.boolean("round_down", false)) std::fesetround(FE_DOWNWARD);
+    side_by_side_ = settings.boolean("side_by_side", false);
+    lose_one_ = settings.boolean("lose_one", false);
   }
   TaskDescription description() const override { return description_; }
   Outcome evaluate(Controller& controller, std::uint64_t seed) override {
@@ -44,8 +46,23 @@ class MirrorTask : public Task {
     if (mean == 11) return {.5, RolloutStatus::kDiverged};
     if (mean == 12) return Outcome::ok(has_standard_modes() ? 1 : 0);
     if (mean == 13 || mean == 14) set_other_modes();
+    if (mean == 15) return Outcome::ok(num_together_ / 10.);
     if (mean == 14) throw std::runtime_error("fourteen");
     return Outcome::ok(mean == 13 ? 0 : mean);
+  }
+  bool side_by_side() const override { return side_by_side_; }
+  std::vector<Outcome> evaluate_all(std::span<const Evaluation> evaluations) override {
+    num_together_ = static_cast<int>(evaluations.size());
+    std::vector<Outcome> outcomes;
+    try {
+      outcomes = Task::evaluate_all(evaluations);
+    } catch (...) {
+      num_together_ = 1;
+      throw;
+    }
+    num_together_ = 1;
+    if (lose_one_) outcomes.pop_back();
+    return outcomes;
   }
 
  private:
@@ -61,6 +78,9 @@ class MirrorTask : public Task {
   }
 
   TaskDescription description_{.input_dim = 1, .output_dim = 1};
+  bool side_by_side_ = false;
+  bool lose_one_ = false;
+  int num_together_ = 1;
 };
 
 class EvaluatorTest : public testing::Test {
@@ -81,6 +101,25 @@ class EvaluatorTest : public testing::Test {
   void define() {
     ASSERT_TRUE(define_task(R"({"name":"mirror","settings":{}})").accepted);
     ASSERT_TRUE(define_policy(to_json(small_policy())).accepted);
+  }
+  /// Outcomes of roll-outs in one packet, by theta's second number.
+  std::vector<Outcome> evaluate_together(const std::vector<double>& means) {
+    protocol::RolloutBatch batch{0, 42, {}, {}};
+    for (const double mean : means) {
+      batch.rollouts.push_back({.key = {.run = 0, .number = static_cast<int>(mean * 100)},
+                                .task_id = content_hash("t"),
+                                .policy_id = content_hash("p"),
+                                .theta = {0, mean, 0}});
+    }
+    const auto answer = evaluator_.answer(batch);
+    EXPECT_EQ(answer.last_batch, 42);
+    std::vector<Outcome> outcomes;
+    for (std::size_t i = 0; i < means.size(); ++i) {
+      EXPECT_EQ(answer.results.at(i).key, batch.rollouts[i].key);
+      outcomes.push_back(answer.results.at(i).outcome);
+    }
+    EXPECT_EQ(answer.results.size(), means.size());
+    return outcomes;
   }
   protocol::RolloutResult evaluate(std::vector<double> theta, std::int64_t seed = 0) {
     protocol::RolloutBatch batch{0, 42, {}, {}};
@@ -112,6 +151,37 @@ TEST_F(EvaluatorTest, FloatingPointModesOfOneRolloutDoNotReachTheNext) {
   ASSERT_TRUE(define_task(R"({"name":"mirror","settings":{"round_down":true}})").accepted);
   EXPECT_EQ(std::fegetround(), FE_TONEAREST);
   EXPECT_EQ(evaluate({0, 12, 0}).outcome.reward(), 1);
+}
+
+/// 15 answers with how many are evaluated beside it.
+TEST_F(EvaluatorTest, OfOnePacketAreEvaluatedTogetherIfTheTaskCan) {
+  define();
+  EXPECT_EQ(evaluate_together({15, 15, .5}),
+            (std::vector{Outcome::ok(.1), Outcome::ok(.1), Outcome::ok(.5)}));
+  EXPECT_EQ(evaluate_together({13, 12})[1].reward(), 1) << "one's modes have reached the next";
+  ASSERT_TRUE(define_task(R"({"name":"mirror","settings":{"side_by_side":true}})").accepted);
+  EXPECT_EQ(evaluate_together({15, 15, .5}),
+            (std::vector{Outcome::ok(.3), Outcome::ok(.3), Outcome::ok(.5)}));
+  EXPECT_EQ(evaluate_together({15}), (std::vector{Outcome::ok(.1)}));
+  const auto checked = evaluate_together({9, .5, 3, 11});
+  EXPECT_THAT(checked[0].reason(), HasSubstr("outside its range 0 .. 1"));
+  EXPECT_EQ(checked[1], Outcome::ok(.5));
+  EXPECT_THAT(checked[2].reason(), HasSubstr("the task's reward 3 is outside"));
+  EXPECT_EQ(checked[3].status(), RolloutStatus::kDiverged);
+}
+
+TEST_F(EvaluatorTest, OneThatThrowsAmongSeveralHasItsReasonAndTheOthersTheirRewards) {
+  ASSERT_TRUE(define_policy(to_json(small_policy())).accepted);
+  for (const char* settings : {R"("side_by_side":true)", R"("side_by_side":false)",
+                               R"("side_by_side":true,"lose_one":true)"}) {
+    ASSERT_TRUE(
+        define_task(std::string(R"({"name":"mirror","settings":{)") + settings + "}}").accepted);
+    const auto outcomes = evaluate_together({.25, 7, 8, 15});
+    EXPECT_EQ(outcomes[0], Outcome::ok(.25));
+    EXPECT_EQ(outcomes[1], Outcome::failed(RolloutStatus::kFailed, "seven"));
+    EXPECT_THAT(outcomes[2].reason(), HasSubstr("no std::exception"));
+    EXPECT_EQ(outcomes[3], Outcome::ok(.1)) << "evaluated alone";
+  }
 }
 
 TEST_F(EvaluatorTest, ADescriptionThatContradictsItselfIsRefusedWithItsNumbers) {

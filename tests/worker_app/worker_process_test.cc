@@ -2,6 +2,9 @@
 
 #include <csignal>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "tests/worker_app/learner_stand_in.h"
 
@@ -111,6 +114,44 @@ TEST(WorkerProcessTest, ARolloutThatCrashesItsEvaluatorsIsAnsweredAsCrashed) {
   EXPECT_EQ(stage.learner.result(0)->outcome.status(), RolloutStatus::kCrashed);
   EXPECT_EQ(stage.learner.result(1)->outcome.status(), RolloutStatus::kCrashed);
   EXPECT_THAT(stage.worker.errors(), HasSubstr("was ended by signal 11"));
+}
+
+/// The synthetic task's fates follow from theta alone.
+TEST(WorkerProcessTest, WhoCrashesHangsOrFailsAmongSeveralIsAnsweredAsItIsAlone) {
+  const std::string task = synthetic_task(
+      R"({"crash_fraction": 0.06, "hang_fraction": 0.04, "fail_fraction": 0.1, "time_limit_s": 0.05})");
+  constexpr int kCount = 48;
+  const auto outcomes = [&](int salt, int at_once) {
+    Stage stage(salt);
+    EXPECT_TRUE(stage.learner.meet_worker());
+    stage.learner.define(task);
+    std::vector<Outcome> outcomes;
+    for (int first = 0; first < kCount; first += at_once) {
+      const auto answered = [&] {
+        for (int i = first; i < first + at_once; ++i) {
+          if (stage.learner.result(i) == nullptr) return false;
+        }
+        return true;
+      };
+      // While its evaluator starts anew the worker has no room: it is asked again.
+      int num_asked = 0;
+      do stage.learner.ask(first, at_once);
+      while (!stage.learner.until(answered, 1s) && ++num_asked < 30);
+      EXPECT_TRUE(answered()) << first;
+      if (!answered()) return outcomes;
+      for (int i = first; i < first + at_once; ++i) {
+        outcomes.push_back(stage.learner.result(i)->outcome);
+      }
+    }
+    return outcomes;
+  };
+  const std::vector<Outcome> alone = outcomes(10, 1);
+  EXPECT_EQ(outcomes(11, kCount), alone);
+  std::set<RolloutStatus> seen;
+  for (const Outcome& outcome : alone) seen.insert(outcome.status());
+  EXPECT_THAT(seen,
+              ::testing::UnorderedElementsAre(RolloutStatus::kOk, RolloutStatus::kFailed,
+                                              RolloutStatus::kCrashed, RolloutStatus::kTimedOut));
 }
 
 TEST(WorkerProcessTest, ARolloutThatHangsOrBlocksIsAnsweredAsTimedOut) {

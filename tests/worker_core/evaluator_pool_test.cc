@@ -3,10 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
-#include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "common/base/content_hash.h"
 #include "common/base/log_limiter.h"
@@ -31,7 +32,10 @@ class EvaluatorPoolTest : public ::testing::Test {
     }
   }
 
-  std::optional<WorkEnd> on(const EvaluatorEvent& event) { return pool_.on(turn_, event, shelf_); }
+  std::vector<WorkEnd> on(const EvaluatorEvent& event) { return pool_.on(turn_, event, shelf_); }
+  void evaluate(int evaluator, const std::vector<Work>& works) {
+    pool_.evaluate(turn_, evaluator, works, shelf_);
+  }
 
   Work work(int number) const {
     return {.name = {.learner = 1, .key = {.run = 0, .number = number}},
@@ -62,11 +66,11 @@ class EvaluatorPoolTest : public ::testing::Test {
 
 TEST_F(EvaluatorPoolTest, HandsWorkBackWithItsAnswer) {
   ASSERT_EQ(pool_.idle_evaluator(), 0);
-  pool_.evaluate(turn_, 0, work(7), shelf_);
+  evaluate(0, {work(7)});
   EXPECT_EQ(pool_.idle_evaluator(), 1);
-  const auto end = on(RolloutEvaluated{0, job(), {.5, RolloutStatus::kOk}, 1000});
-  ASSERT_TRUE(end);
-  const auto* answer = std::get_if<WorkAnswered>(&*end);
+  const auto ends = on(RolloutEvaluated{0, job(), {.5, RolloutStatus::kOk}, 1000});
+  ASSERT_EQ(ends.size(), 1U);
+  const auto* answer = std::get_if<WorkAnswered>(&ends[0]);
   ASSERT_NE(answer, nullptr);
   EXPECT_EQ(answer->name, work(7).name);
   EXPECT_EQ(answer->outcome.reward(), .5);
@@ -74,37 +78,115 @@ TEST_F(EvaluatorPoolTest, HandsWorkBackWithItsAnswer) {
 }
 
 TEST_F(EvaluatorPoolTest, WithdrawnWorkKeepsItsEvaluatorBusyAndComesToNothing) {
-  pool_.evaluate(turn_, 0, work(7), shelf_);
+  evaluate(0, {work(7)});
   pool_.withdraw(work(7).name);
   EXPECT_EQ(pool_.idle_evaluator(), 1);
-  EXPECT_FALSE(on(RolloutEvaluated{0, job(), {.5, RolloutStatus::kOk}, 1000}));
+  EXPECT_TRUE(on(RolloutEvaluated{0, job(), {.5, RolloutStatus::kOk}, 1000}).empty());
   EXPECT_EQ(pool_.idle_evaluator(), 0);
 }
 
 TEST_F(EvaluatorPoolTest, TheSameWorkGivenAgainIsAnsweredByWhomItWasGivenLast) {
-  pool_.evaluate(turn_, 0, work(7), shelf_);
+  evaluate(0, {work(7)});
   const std::int64_t withdrawn = job();
   pool_.withdraw(work(7).name);
-  pool_.evaluate(turn_, 1, work(7), shelf_);
+  evaluate(1, {work(7)});
   for (const DefinitionName& name : {task_, policy_}) {
     on(DefinitionLoaded{1, name, true, "", {1, 1, 2, 2s}});
   }
-  EXPECT_FALSE(on(RolloutEvaluated{0, withdrawn, {.5, RolloutStatus::kOk}, 1000}));
-  EXPECT_TRUE(on(RolloutEvaluated{1, job(), {.5, RolloutStatus::kOk}, 1000}));
+  EXPECT_TRUE(on(RolloutEvaluated{0, withdrawn, {.5, RolloutStatus::kOk}, 1000}).empty());
+  EXPECT_EQ(on(RolloutEvaluated{1, job(), {.5, RolloutStatus::kOk}, 1000}).size(), 1U);
 }
 
 TEST_F(EvaluatorPoolTest, PutsWorkBackWithItsMishapsUntilTheyAreAnAnswer) {
   Work given = work(7);
   given.mishaps.num_strikes = settings_.num_strikes_max - 2;
-  pool_.evaluate(turn_, 0, given, shelf_);
+  evaluate(0, {given});
   const auto first = on(EvaluatorDied{0, Death::kFatalSignal, 11});
-  ASSERT_TRUE(first && std::holds_alternative<WorkPutBack>(*first));
-  given.mishaps = std::get<WorkPutBack>(*first).mishaps;
+  ASSERT_TRUE(first.size() == 1 && std::holds_alternative<WorkPutBack>(first[0]));
+  given.mishaps = std::get<WorkPutBack>(first[0]).mishaps;
   EXPECT_EQ(given.mishaps.num_strikes, settings_.num_strikes_max - 1);
-  pool_.evaluate(turn_, 1, given, shelf_);
+  evaluate(1, {given});
   const auto second = on(EvaluatorDied{1, Death::kFatalSignal, 11});
-  ASSERT_TRUE(second && std::holds_alternative<WorkAnswered>(*second));
-  EXPECT_EQ(std::get<WorkAnswered>(*second).outcome.status(), RolloutStatus::kCrashed);
+  ASSERT_TRUE(second.size() == 1 && std::holds_alternative<WorkAnswered>(second[0]));
+  EXPECT_EQ(std::get<WorkAnswered>(second[0]).outcome.status(), RolloutStatus::kCrashed);
+}
+
+TEST_F(EvaluatorPoolTest, WorkGivenTogetherIsAnsweredOneByOneAndKeepsItsEvaluatorBusyToTheLast) {
+  evaluate(0, {work(1), work(2), work(3)});
+  std::vector<RunRollout> runs;
+  for (const Effect& effect : effects_) {
+    if (const auto* run = std::get_if<RunRollout>(&effect)) runs.push_back(*run);
+  }
+  ASSERT_EQ(runs.size(), 3U);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(runs[i].job, runs[0].job + i);
+    EXPECT_EQ(runs[i].request.key.number, i + 1);
+    EXPECT_EQ(runs[i].more, i < 2);
+  }
+  pool_.withdraw(work(2).name);
+  for (const std::int64_t i : {2, 1, 2, 3, -1, 0}) {
+    EXPECT_EQ(pool_.idle_evaluator(), 1);
+    const auto ends = on(RolloutEvaluated{0, runs[0].job + i, {.5, RolloutStatus::kOk}, 1000});
+    const bool is_new = i == 0 || i == 2;
+    if (!is_new || ends.empty()) {
+      EXPECT_TRUE(ends.empty()) << i << ": withdrawn, answered already, or no job of it";
+      continue;
+    }
+    EXPECT_EQ(std::get<WorkAnswered>(ends[0]).name, work(static_cast<int>(i) + 1).name);
+  }
+  EXPECT_EQ(pool_.idle_evaluator(), 0);
+  evaluate(0, {work(4)});
+  EXPECT_GT(job(), runs[2].job) << "a job's number is used twice";
+}
+
+TEST_F(EvaluatorPoolTest, NothingCountsAgainstWorkWhoseEvaluatorEndsUnderSeveral) {
+  for (const Death death : {Death::kFatalSignal, Death::kExited, Death::kForeignSignal}) {
+    evaluate(0, {work(1), work(2), work(3)});
+    const std::int64_t first = job() - 2;
+    EXPECT_EQ(on(RolloutEvaluated{0, first + 1, {.5, RolloutStatus::kOk}, 1000}).size(), 1U);
+    const auto ends = on(EvaluatorDied{0, death, 11});
+    ASSERT_EQ(ends.size(), 2U) << "the second was answered";
+    for (const WorkEnd& end : ends) {
+      const auto& back = std::get<WorkPutBack>(end);
+      EXPECT_EQ(back.mishaps.num_strikes, 0);
+      EXPECT_EQ(back.mishaps.num_accidents, 0);
+      EXPECT_TRUE(back.mishaps.alone);
+    }
+    pool_.watch(turn_);
+    on(EvaluatorReady{0});
+    evaluate(0, {work(9)});
+    for (const DefinitionName& name : {task_, policy_}) {
+      on(DefinitionLoaded{0, name, true, "", {1, 1, 2, 2s}});
+    }
+    on(RolloutEvaluated{0, job(), {.5, RolloutStatus::kOk}, 1000});
+    ASSERT_EQ(pool_.idle_evaluator(), 0);
+  }
+}
+
+/// The limit of the fixture's task is 2 s.
+TEST_F(EvaluatorPoolTest, WorkGivenTogetherHasTheSumOfTheTimeLimits) {
+  evaluate(0, {work(1), work(2), work(3)});
+  const std::int64_t first = job() - 2;
+  const auto killed = [this] {
+    return std::any_of(effects_.begin(), effects_.end(), [](const Effect& effect) {
+      return std::holds_alternative<KillEvaluator>(effect);
+    });
+  };
+  on(CpuTimeMeasured{0, first, 5900ms});
+  EXPECT_FALSE(killed());
+  on(CpuTimeMeasured{0, first, 6000ms});
+  EXPECT_TRUE(killed());
+  const auto ends = on(EvaluatorDied{0, Death::kForeignSignal, 9});
+  ASSERT_EQ(ends.size(), 3U);
+  EXPECT_EQ(std::get<WorkPutBack>(ends[0]).mishaps.num_strikes, 0);
+}
+
+TEST_F(EvaluatorPoolTest, WhatIsBesideWorkThatIsEndedIsPutBack) {
+  evaluate(0, {work(1), work(2)});
+  pool_.end_work(turn_, work(1).name);
+  const auto ends = on(EvaluatorDied{0, Death::kForeignSignal, 9});
+  ASSERT_EQ(ends.size(), 1U);
+  EXPECT_EQ(std::get<WorkPutBack>(ends[0]).name, work(2).name);
 }
 
 TEST_F(EvaluatorPoolTest, IsInTroubleOnceEveryEvaluatorHasDiedTwiceForNothing) {

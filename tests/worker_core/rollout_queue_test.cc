@@ -30,6 +30,28 @@ TEST(RolloutQueueTest, KeepsThePlaceOfARolloutThatIsPutBack) {
   EXPECT_EQ(queue.take(), name(1, 1));
 }
 
+TEST(RolloutQueueTest, TakesThoseOfOneLearnerTaskAndPolicyTogether) {
+  RolloutQueue queue;
+  const ContentHash other = content_hash("other");
+  for (int number = 1; number <= 7; ++number) {
+    protocol::RolloutRequest request;
+    if (number == 2) request.task_id = other;
+    if (number == 3) request.policy_id = other;
+    queue.add(name(1, number), request, 1, TimePoint{});
+    if (number == 4) queue.find(name(1, number))->mishaps.alone = true;
+    if (number != 5) queue.set_state(name(1, number), RolloutState::kReady);
+  }
+  add_ready(queue, name(2, 8));
+  EXPECT_EQ(queue.num_ready(), 7U);
+  const auto first = queue.take();
+  ASSERT_EQ(first, name(1, 1));
+  EXPECT_EQ(queue.take_alike(*first, 1), (std::vector<RolloutName>{name(1, 6)}));
+  EXPECT_EQ(queue.take_alike(*first, 9), (std::vector<RolloutName>{name(1, 7)}));
+  EXPECT_EQ(queue.take_alike(*first, 9), (std::vector<RolloutName>{}));
+  EXPECT_EQ(queue.num_ready(), 4U);
+  EXPECT_EQ(queue.find(name(1, 6))->state, RolloutState::kRunning);
+}
+
 TEST(RolloutQueueTest, GivesOutNeitherWaitingNorRemovedOnes) {
   RolloutQueue queue;
   queue.add(name(1, 1), {}, 1, TimePoint{});

@@ -28,6 +28,7 @@ inline WorkerSettings stage_settings(int num_evaluators) {
   WorkerSettings settings;
   settings.worker_id = kMe;
   settings.num_evaluators = num_evaluators;
+  settings.together_max = 1;
   return settings;
 }
 

@@ -25,30 +25,54 @@ std::string bounded(const std::string& text, std::size_t bytes_max) {
   return bounded;
 }
 
+namespace {
+
+Outcome failed(const std::string& reason) {
+  return Outcome::failed(RolloutStatus::kFailed, bounded(reason, kOutcomeReasonBytesMax));
+}
+
+Outcome checked(const Outcome& outcome, const TaskDescription& description) {
+  if (!outcome.is_ok()) {
+    return {0, outcome.status(), bounded(outcome.reason(), kOutcomeReasonBytesMax)};
+  }
+  const bool in_range = std::isfinite(outcome.reward()) &&
+                        outcome.reward() >= description.reward_min &&
+                        outcome.reward() <= description.reward_max;
+  if (in_range) return outcome;
+  return failed(fmt::format("the task's reward {} is outside its range {} .. {}", outcome.reward(),
+                            description.reward_min, description.reward_max));
+}
+
+}  // namespace
+
 Outcome evaluate_checked(Task& task, const TaskDescription& description, Controller& controller,
                          std::uint64_t seed, Trace* trace) {
-  const auto failed = [](const std::string& reason) {
-    return Outcome::failed(RolloutStatus::kFailed, bounded(reason, kOutcomeReasonBytesMax));
-  };
   const StandardFloatingPoint standard;
   try {
-    const Outcome outcome = trace == nullptr ? task.evaluate(controller, seed)
-                                             : task.evaluate_traced(controller, seed, *trace);
-    if (!outcome.is_ok()) {
-      return {0, outcome.status(), bounded(outcome.reason(), kOutcomeReasonBytesMax)};
-    }
-    const bool in_range = std::isfinite(outcome.reward()) &&
-                          outcome.reward() >= description.reward_min &&
-                          outcome.reward() <= description.reward_max;
-    if (in_range) return outcome;
-    return failed(fmt::format("the task's reward {} is outside its range {} .. {}",
-                              outcome.reward(), description.reward_min, description.reward_max));
+    return checked(trace == nullptr ? task.evaluate(controller, seed)
+                                    : task.evaluate_traced(controller, seed, *trace),
+                   description);
   } catch (const std::bad_alloc&) {
     throw;  // a want of this host, not of the roll-out: the process ends, and another tries
   } catch (const std::exception& error) {
     return failed(error.what());
   } catch (...) {
     return failed("the task threw what is no std::exception");
+  }
+}
+
+std::optional<std::vector<Outcome>> evaluate_all_checked(
+    Task& task, const TaskDescription& description, std::span<const Task::Evaluation> evaluations) {
+  const StandardFloatingPoint standard;
+  try {
+    std::vector<Outcome> outcomes = task.evaluate_all(evaluations);
+    if (outcomes.size() != evaluations.size()) return std::nullopt;
+    for (Outcome& outcome : outcomes) outcome = checked(outcome, description);
+    return outcomes;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (...) {
+    return std::nullopt;
   }
 }
 

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "workers/tasks/task.h"
 
@@ -16,5 +19,10 @@ std::string bounded(const std::string& text, std::size_t bytes_max);
 /// @param trace  receives the roll-out step by step; may be null
 Outcome evaluate_checked(Task& task, const TaskDescription& description, Controller& controller,
                          std::uint64_t seed, Trace* trace);
+
+/// The same of several, side by side. Nothing if the task throws or does not answer each: then they
+/// are to be evaluated one by one.
+std::optional<std::vector<Outcome>> evaluate_all_checked(
+    Task& task, const TaskDescription& description, std::span<const Task::Evaluation> evaluations);
 
 }  // namespace treeroll::worker

@@ -24,7 +24,8 @@ std::optional<DefinitionFacts> read_facts(DefinitionKind kind, const std::string
     return DefinitionFacts{
         .input_dim = task->input_dim,
         .output_dim = task->output_dim,
-        .time_limit = std::chrono::nanoseconds(std::llround(task->time_limit_s * 1e9))};
+        .time_limit = std::chrono::nanoseconds(std::llround(task->time_limit_s * 1e9)),
+        .repeatable = task->repeatable};
   }
   constexpr int kNestingMax = 2;
   const Result<json> value = parse_json(text, kNestingMax);

@@ -22,6 +22,14 @@ namespace {
 
 using nlohmann::json;
 
+/// Precondition: theta has the policy's size.
+std::unique_ptr<Controller> controller_of(const Policy& policy, const std::vector<double>& theta) {
+  return policy
+      .with(
+          Eigen::Map<const Eigen::VectorXd>(theta.data(), static_cast<Eigen::Index>(theta.size())))
+      ->controller();
+}
+
 }  // namespace
 
 Evaluator::Evaluator(const TaskRegistry& registry, PolicyRegistry kinds)
@@ -71,10 +79,8 @@ Outcome Evaluator::evaluate(const protocol::RolloutRequest& request) {
     }
     LoadedTask& loaded = found_task->second;
     const Policy& policy = *found_policy->second;
-    const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(
-        request.theta.data(), static_cast<Eigen::Index>(request.theta.size()));
-    if (theta.size() != policy.theta_dim()) return failed("theta has another size");
-    const std::unique_ptr<Controller> controller = policy.with(theta)->controller();
+    if (policy.theta_dim() != std::ssize(request.theta)) return failed("theta has another size");
+    const std::unique_ptr<Controller> controller = controller_of(policy, request.theta);
     return evaluate_checked(*loaded.task, loaded.description, *controller,
                             static_cast<std::uint64_t>(request.task_seed), nullptr);
   } catch (const std::bad_alloc&) {
@@ -84,18 +90,55 @@ Outcome Evaluator::evaluate(const protocol::RolloutRequest& request) {
   }
 }
 
+/// Nothing where one by one is as good, or where one of them cannot be evaluated.
+std::optional<std::vector<Outcome>> Evaluator::evaluate_side_by_side(
+    std::span<const protocol::RolloutRequest> requests) {
+  if (requests.size() < 2) return std::nullopt;
+  const auto task = tasks_.find(requests[0].task_id);
+  if (task == tasks_.end() || !task->second.task->side_by_side()) return std::nullopt;
+  std::vector<std::unique_ptr<Controller>> controllers;
+  std::vector<Task::Evaluation> evaluations;
+  for (const protocol::RolloutRequest& request : requests) {
+    const auto policy = policies_.find(request.policy_id);
+    const bool fits = request.task_id == task->first && policy != policies_.end() &&
+                      policy->second->theta_dim() == std::ssize(request.theta);
+    if (!fits) return std::nullopt;
+    try {
+      controllers.push_back(controller_of(*policy->second, request.theta));
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception&) {
+      return std::nullopt;
+    }
+    evaluations.push_back({*controllers.back(), static_cast<std::uint64_t>(request.task_seed)});
+  }
+  return evaluate_all_checked(*task->second.task, task->second.description, evaluations);
+}
+
 protocol::RewardBatch Evaluator::answer(const protocol::RolloutBatch& batch) {
-  const protocol::RolloutRequest& request = batch.rollouts.at(0);
-  const auto start = std::chrono::steady_clock::now();
-  Outcome outcome = evaluate(request);
-  const std::chrono::nanoseconds duration = std::chrono::steady_clock::now() - start;
   protocol::RewardBatch answer;
   answer.last_batch = batch.sequence;
-  answer.results.push_back({.key = request.key,
-                            .attempt = request.attempt,
-                            .content = request.content,
-                            .outcome = std::move(outcome),
-                            .duration_ns = duration.count()});
+  auto start = std::chrono::steady_clock::now();
+  const auto add = [&](const protocol::RolloutRequest& request, Outcome outcome,
+                       std::chrono::nanoseconds duration) {
+    answer.results.push_back({.key = request.key,
+                              .attempt = request.attempt,
+                              .content = request.content,
+                              .outcome = std::move(outcome),
+                              .duration_ns = duration.count()});
+  };
+  if (auto outcomes = evaluate_side_by_side(batch.rollouts)) {
+    const std::chrono::nanoseconds duration = std::chrono::steady_clock::now() - start;
+    for (std::size_t i = 0; i < outcomes->size(); ++i) {
+      add(batch.rollouts[i], std::move((*outcomes)[i]), duration / std::ssize(*outcomes));
+    }
+    return answer;
+  }
+  for (const protocol::RolloutRequest& request : batch.rollouts) {
+    start = std::chrono::steady_clock::now();
+    Outcome outcome = evaluate(request);
+    add(request, std::move(outcome), std::chrono::steady_clock::now() - start);
+  }
   return answer;
 }
 
@@ -120,7 +163,7 @@ int run_evaluator(const TaskRegistry& registry, int socket, int parent_pid) {
       continue;
     }
     const auto* batch = std::get_if<protocol::RolloutBatch>(&received.message.value());
-    if (batch == nullptr || batch->rollouts.size() != 1) return 1;
+    if (batch == nullptr || batch->rollouts.empty()) return 1;
     if (send_packet(socket, evaluator.answer(*batch), true) != SendOutcome::kSent) return 1;
   }
 }

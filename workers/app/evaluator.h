@@ -3,7 +3,9 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "common/policy/kinds/standard_policies.h"
 #include "common/protocol/messages.h"
@@ -21,8 +23,9 @@ class Evaluator {
 
   /// Builds it; the report says what came of it. Forgets it if the content is empty: no report.
   std::optional<protocol::DefinitionReport> define(const DefinitionContent& definition);
-  /// Evaluates the one roll-out of the batch; last_batch of the answer is the batch's sequence.
-  /// What a task throws, a reward that is not finite or outside the task's range: status kFailed.
+  /// Evaluates the roll-outs of the batch, side by side where they and their task can; last_batch
+  /// of the answer is the batch's sequence. What a task throws, a reward that is not finite or
+  /// outside the task's range: status kFailed.
   protocol::RewardBatch answer(const protocol::RolloutBatch& batch);
 
  private:
@@ -34,6 +37,8 @@ class Evaluator {
   std::string load_task(const ContentHash& id, const std::string& content);
   std::string load_policy(const ContentHash& id, const std::string& content);
   Outcome evaluate(const protocol::RolloutRequest& request);
+  std::optional<std::vector<Outcome>> evaluate_side_by_side(
+      std::span<const protocol::RolloutRequest> requests);
 
   const TaskRegistry* registry_;
   PolicyRegistry kinds_;

@@ -5,6 +5,7 @@
 #include <sys/utsname.h>
 
 #include "common/base/check.h"
+#include "common/base/elementary.h"
 
 namespace treeroll::worker {
 
@@ -16,7 +17,8 @@ std::string numeric_class() {
   if (__builtin_cpu_supports("fma")) text += " fma";
   if (__builtin_cpu_supports("avx2")) text += " avx2";
 #endif
-  return text + " glibc " + gnu_get_libc_version();
+  return text + " glibc " + gnu_get_libc_version() + " elementary " +
+         std::to_string(elementary::kVersion);
 }
 
 std::int64_t random_id() {

@@ -113,6 +113,7 @@ void WorkerDaemon::perform(const StartEvaluator& effect) {
   }
   slot.process.emplace(*std::move(process));
   slot.loading.reset();
+  slot.rollouts = {};
   slot.watched = true;
   loop_.watch(slot.process->socket(), [this, index = effect.evaluator] { read(index); });
 }
@@ -150,9 +151,11 @@ void WorkerDaemon::perform(const ForgetDefinition& effect) {
 void WorkerDaemon::perform(const RunRollout& effect) {
   Slot& slot = slot_of(effect.evaluator);
   if (!slot.process) return;
+  if (slot.rollouts.rollouts.empty()) slot.rollouts.sequence = effect.job;
+  slot.rollouts.rollouts.push_back(effect.request);
+  if (effect.more) return;
   slot.process->restart_cpu_time();
-  give(effect.evaluator,
-       protocol::Message(protocol::RolloutBatch{0, effect.job, {effect.request}, {}}));
+  give(effect.evaluator, protocol::Message(std::exchange(slot.rollouts, {})));
 }
 
 void WorkerDaemon::perform(const AskCpuTime& effect) {
@@ -205,9 +208,10 @@ void WorkerDaemon::understand(int evaluator, const protocol::Message& message) {
     }
     post(loaded);
   } else if (const auto* answer = std::get_if<protocol::RewardBatch>(&message)) {
-    if (answer->results.size() != 1) return;
-    const protocol::RolloutResult& result = answer->results[0];
-    post(RolloutEvaluated{evaluator, answer->last_batch, result.outcome, result.duration_ns});
+    std::int64_t job = answer->last_batch;
+    for (const protocol::RolloutResult& result : answer->results) {
+      post(RolloutEvaluated{evaluator, job++, result.outcome, result.duration_ns});
+    }
   }
 }
 

@@ -35,6 +35,7 @@ class WorkerDaemon {
     std::optional<EvaluatorProcess> process;
     bool watched = false;
     std::optional<DefinitionName> loading;  ///< what its next report is about
+    protocol::RolloutBatch rollouts;        ///< to go to it in one packet, once all are there
   };
 
   WorkerDaemon() = default;

@@ -23,6 +23,7 @@ struct Definition {
   std::string content;  ///< empty once refused
   std::string text;     ///< accepted task: its description; refused: why
   DefinitionFacts facts;
+  Duration rollout_time{};                ///< tasks: what one takes of late; 0 until one has ended
   int num_strikes = 0;                    ///< evaluators that ended while they built it
   std::set<protocol::LearnerId> to_tell;  ///< who sent it and waits for the report
 };

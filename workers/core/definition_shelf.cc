@@ -128,6 +128,13 @@ void DefinitionShelf::report(protocol::LearnerId learner, const ContentHash& id,
                              .text = text};
 }
 
+void DefinitionShelf::on_evaluated(const DefinitionName& task, Duration duration) {
+  Definition* definition = tasks_.find(task.id);
+  if (definition == nullptr) return;
+  Duration& usual = definition->rollout_time;
+  usual = usual == Duration{} ? duration : usual + (duration - usual) / 8;
+}
+
 void DefinitionShelf::send_reports(const Turn& turn) {
   for (auto& [key, report] : reports_) turn.effects.emplace_back(SendMessage{std::move(report)});
   reports_.clear();

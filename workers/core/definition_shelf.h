@@ -28,6 +28,8 @@ class DefinitionShelf {
   const Definition* find(const DefinitionName& name) const;
   /// Marks it as used now, if it is here.
   void touch(const DefinitionName& name);
+  /// A roll-out of this task has ended.
+  void on_evaluated(const DefinitionName& task, Duration duration);
   /// Of a learner's task or policy. It is taken with its last piece unless it is not what its id
   /// names or there is no room. The learner is told of it once it is checked, and again when the
   /// first piece of one comes that is known.

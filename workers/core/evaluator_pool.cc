@@ -57,15 +57,18 @@ void EvaluatorPool::check(const Turn& turn, int index, const DefinitionName& nam
   load(turn, index, name, definitions);
 }
 
-void EvaluatorPool::evaluate(const Turn& turn, int index, Work work, DefinitionShelf& definitions) {
-  at(index).work = std::move(work);
-  at(index).wanted = true;
+void EvaluatorPool::evaluate(const Turn& turn, int index, std::vector<Work> works,
+                             DefinitionShelf& definitions) {
+  CHECK(!works.empty(), "an evaluator is given no work");
+  for (Work& work : works) at(index).given.push_back({std::move(work)});
   continue_work(turn, index, definitions);
 }
 
 void EvaluatorPool::withdraw(const RolloutName& name) {
   for (Evaluator& evaluator : evaluators_) {
-    if (evaluator.work && evaluator.work->name == name) evaluator.wanted = false;
+    for (Given& given : evaluator.given) {
+      if (given.work.name == name) given.wanted = false;
+    }
   }
 }
 
@@ -73,75 +76,87 @@ void EvaluatorPool::end_work(const Turn& turn, const RolloutName& name) {
   withdraw(name);
   for (int i = 0; i < settings_.num_evaluators; ++i) {
     Evaluator& evaluator = at(i);
-    if (!evaluator.work || evaluator.work->name != name || evaluator.killed) continue;
+    const bool has_it =
+        std::ranges::any_of(evaluator.given, [&](const Given& g) { return g.work.name == name; });
+    if (!has_it || evaluator.killed) continue;
     evaluator.dismissed = true;
     kill(turn, i);
   }
 }
 
-std::optional<WorkEnd> EvaluatorPool::on(const Turn& turn, const EvaluatorEvent& event,
-                                         DefinitionShelf& definitions) {
+std::vector<WorkEnd> EvaluatorPool::on(const Turn& turn, const EvaluatorEvent& event,
+                                       DefinitionShelf& definitions) {
   return std::visit([&](const auto& e) { return on(turn, e, definitions); }, event);
 }
 
-EvaluatorPool::End EvaluatorPool::on(const Turn&, const EvaluatorReady& event, DefinitionShelf&) {
+EvaluatorPool::Ends EvaluatorPool::on(const Turn&, const EvaluatorReady& event, DefinitionShelf&) {
   Evaluator& evaluator = at(event.evaluator);
   if (evaluator.state == State::kStarting && !evaluator.killed) release(evaluator);
-  return std::nullopt;
+  return {};
 }
 
-EvaluatorPool::End EvaluatorPool::on(const Turn& turn, const DefinitionLoaded& event,
-                                     DefinitionShelf& definitions) {
+EvaluatorPool::Ends EvaluatorPool::on(const Turn& turn, const DefinitionLoaded& event,
+                                      DefinitionShelf& definitions) {
   Evaluator& evaluator = at(event.evaluator);
-  if (evaluator.state != State::kLoading || evaluator.loading != event.name) return std::nullopt;
+  if (evaluator.state != State::kLoading || evaluator.loading != event.name) return {};
   evaluator.loading.reset();
   evaluator.timed_out = false;
   if (event.accepted) evaluator.known.insert(event.name);
   // Who loads it for a roll-out checks nothing, though it may have been evicted and come again
   // since. What is checked stays until its checker answers or dies.
-  if (!evaluator.work) definitions.on_checked(turn, event);
+  if (evaluator.given.empty()) definitions.on_checked(turn, event);
 
-  if (evaluator.wanted && event.accepted && !evaluator.killed) {
+  const bool wanted = evaluator.is_wanted();
+  if (wanted && event.accepted && !evaluator.killed) {
     continue_work(turn, event.evaluator, definitions);
-    return std::nullopt;
+    return {};
   }
-  if (evaluator.wanted && !event.accepted) {
+  if (wanted && !event.accepted) {
     turn.warn("definitions an evaluator cannot load",
               fmt::format("evaluator {} cannot load {}, which another one could: {}",
                           event.evaluator, to_hex(event.name.id), event.text));
     // An accident of this process, not the roll-out's: another one evaluates it.
     kill(turn, event.evaluator);
   }
-  if (!evaluator.killed || !evaluator.wanted) release(evaluator);
-  return std::nullopt;
+  if (!evaluator.killed || !wanted) release(evaluator);
+  return {};
 }
 
-EvaluatorPool::End EvaluatorPool::on(const Turn&, const RolloutEvaluated& event, DefinitionShelf&) {
+EvaluatorPool::Ends EvaluatorPool::on(const Turn&, const RolloutEvaluated& event,
+                                      DefinitionShelf&) {
   Evaluator& evaluator = at(event.evaluator);
-  if (evaluator.state != State::kRunning || evaluator.job != event.job) return std::nullopt;
+  const std::int64_t place = event.job - evaluator.job;
+  if (evaluator.state != State::kRunning || place < 0 || place >= std::ssize(evaluator.given)) {
+    return {};
+  }
+  Given& given = evaluator.given[static_cast<std::size_t>(place)];
+  if (given.done) return {};
+  given.done = true;
   evaluator.num_bare_deaths = 0;
-  evaluator.timed_out = false;
-  End end;
-  if (evaluator.wanted) {
+  Ends ends;
+  if (given.wanted) {
     // An evaluator runs a user's code: nothing but a finite reward of a success may pass.
     const Outcome& said = event.outcome;
     const bool valid = std::isfinite(said.reward()) && said.reward() >= 0;
-    end =
-        WorkAnswered{.name = evaluator.work->name,
+    ends.push_back(
+        WorkAnswered{.name = given.work.name,
                      .outcome = valid ? said
                                       : Outcome::failed(RolloutStatus::kFailed,
                                                         "its reward is no finite number from 0 on"),
-                     .duration_ns = std::max<std::int64_t>(event.duration_ns, 0)};
+                     .duration_ns = std::max<std::int64_t>(event.duration_ns, 0)});
   }
-  release(evaluator);
-  return end;
+  if (std::ranges::all_of(evaluator.given, &Given::done)) {
+    evaluator.timed_out = false;
+    release(evaluator);
+  }
+  return ends;
 }
 
-EvaluatorPool::End EvaluatorPool::on(const Turn& turn, const CpuTimeMeasured& event,
-                                     DefinitionShelf&) {
+EvaluatorPool::Ends EvaluatorPool::on(const Turn& turn, const CpuTimeMeasured& event,
+                                      DefinitionShelf&) {
   Evaluator& evaluator = at(event.evaluator);
   const bool busy = evaluator.state == State::kLoading || evaluator.state == State::kRunning;
-  if (!busy || evaluator.job != event.job || evaluator.killed) return std::nullopt;
+  if (!busy || evaluator.job != event.job || evaluator.killed) return {};
   const Duration limit = evaluator.time_limit;
   if (event.cpu_time - evaluator.busy_cpu_time >= blocked_after(limit) / kBusyShareInverse) {
     evaluator.busy_at = turn.now;
@@ -152,7 +167,7 @@ EvaluatorPool::End EvaluatorPool::on(const Turn& turn, const CpuTimeMeasured& ev
     const Duration left = std::clamp(limit - event.cpu_time, kLookAgainMin,
                                      std::max(kLookAgainMin, look_interval(limit)));
     evaluator.look_at = std::min(turn.now + left, blocked_at);
-    return std::nullopt;
+    return {};
   }
   turn.warn("evaluators past a time limit",
             fmt::format("evaluator {} is {} (limit {:.3g} s, CPU {:.3g} s, wall {:.3g} s) and is "
@@ -162,14 +177,14 @@ EvaluatorPool::End EvaluatorPool::on(const Turn& turn, const CpuTimeMeasured& ev
                         to_seconds(turn.now - evaluator.since)));
   evaluator.timed_out = true;
   kill(turn, event.evaluator);
-  return std::nullopt;
+  return {};
 }
 
-EvaluatorPool::End EvaluatorPool::on(const Turn& turn, const EvaluatorDied& event,
-                                     DefinitionShelf& definitions) {
+EvaluatorPool::Ends EvaluatorPool::on(const Turn& turn, const EvaluatorDied& event,
+                                      DefinitionShelf& definitions) {
   Evaluator& evaluator = at(event.evaluator);
-  if (evaluator.state == State::kDown) return std::nullopt;
-  const bool busy = evaluator.work || evaluator.loading;
+  if (evaluator.state == State::kDown) return {};
+  const bool busy = !evaluator.given.empty() || evaluator.loading;
   const bool charged =
       busy && (evaluator.timed_out || (!evaluator.killed && event.death != Death::kForeignSignal));
   if (!evaluator.dismissed) {
@@ -177,17 +192,20 @@ EvaluatorPool::End EvaluatorPool::on(const Turn& turn, const EvaluatorDied& even
               fmt::format("evaluator {} {}{}", event.evaluator, describe(event.death, event.code),
                           busy ? " during its work" : ""));
   }
-  End end;
-  if (evaluator.wanted) {
-    end = interrupted(turn, evaluator, charged);
-  } else if (evaluator.loading && !evaluator.work) {
+  Ends ends;
+  for (const Given& given : evaluator.given) {
+    if (given.wanted && !given.done) {
+      ends.push_back(interrupted(turn, evaluator, given.work, charged));
+    }
+  }
+  if (evaluator.loading && evaluator.given.empty()) {
     if (charged) definitions.on_strike(turn, *evaluator.loading, evaluator.timed_out);
     if (!charged) definitions.on_accident(*evaluator.loading);
   }
   const int num_bare_deaths = charged || evaluator.dismissed ? 0 : evaluator.num_bare_deaths + 1;
   evaluator = {};
   evaluator.num_bare_deaths = num_bare_deaths;
-  if (draining_) return end;
+  if (draining_) return ends;
   // Who dies again and again is started ever more seldom.
   Duration delay{};
   if (num_bare_deaths >= kBareDeathsOfTrouble) {
@@ -196,14 +214,18 @@ EvaluatorPool::End EvaluatorPool::on(const Turn& turn, const EvaluatorDied& even
   }
   evaluator.look_at = turn.now + delay;
   watch(turn, event.evaluator);
-  return end;
+  return ends;
 }
 
 /// What becomes of the work of an evaluator that has ended.
-WorkEnd EvaluatorPool::interrupted(const Turn& turn, const Evaluator& evaluator,
+WorkEnd EvaluatorPool::interrupted(const Turn& turn, const Evaluator& evaluator, const Work& work,
                                    bool charged) const {
-  const RolloutName& name = evaluator.work->name;
-  Mishaps mishaps = evaluator.work->mishaps;
+  const RolloutName& name = work.name;
+  Mishaps mishaps = work.mishaps;
+  if (evaluator.given.size() > 1) {
+    mishaps.alone = true;  // nobody knows whose fault it was
+    return WorkPutBack{name, mishaps};
+  }
   ++(charged ? mishaps.num_strikes : mishaps.num_accidents);
   if (charged) {
     turn.warn(
@@ -309,14 +331,19 @@ void EvaluatorPool::watch(const Turn& turn, int index) {
 /// Gives the evaluator what its work still needs, at last the roll-out itself.
 void EvaluatorPool::continue_work(const Turn& turn, int index, DefinitionShelf& definitions) {
   Evaluator& evaluator = at(index);
-  protocol::RolloutRequest& request = evaluator.work->request;
+  const protocol::RolloutRequest& request = evaluator.given.front().work.request;
   const DefinitionName task{DefinitionKind::kTask, request.task_id};
   for (const DefinitionName& name : {task, {DefinitionKind::kPolicy, request.policy_id}}) {
     definitions.touch(name);
     if (!evaluator.known.contains(name)) return load(turn, index, name, definitions);
   }
-  begin_job(turn, evaluator, State::kRunning, definitions.find(task)->facts.time_limit);
-  turn.effects.emplace_back(RunRollout{index, evaluator.job, std::move(request)});
+  const std::int64_t count = std::ssize(evaluator.given);
+  begin_job(turn, evaluator, State::kRunning, count * definitions.find(task)->facts.time_limit);
+  next_job_ = evaluator.job + count;
+  for (std::int64_t i = 0; i < count; ++i) {
+    protocol::RolloutRequest& one = evaluator.given[static_cast<std::size_t>(i)].work.request;
+    turn.effects.emplace_back(RunRollout{index, evaluator.job + i, std::move(one), i + 1 < count});
+  }
 }
 
 void EvaluatorPool::load(const Turn& turn, int index, const DefinitionName& name,
@@ -351,8 +378,7 @@ void EvaluatorPool::begin_job(const Turn& turn, Evaluator& evaluator, State stat
 
 void EvaluatorPool::release(Evaluator& evaluator) {
   evaluator.state = State::kIdle;
-  evaluator.work.reset();
-  evaluator.wanted = false;
+  evaluator.given.clear();
   evaluator.loading.reset();
   evaluator.look_at.reset();
 }

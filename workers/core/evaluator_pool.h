@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <set>
@@ -30,7 +31,8 @@ struct WorkAnswered {
   Outcome outcome;
   std::int64_t duration_ns = 0;
 };
-/// Its evaluator has ended: to be given again.
+/// Its evaluator has ended: to be given again. Alone if others were beside it, so that it is found
+/// whose fault it was.
 struct WorkPutBack {
   RolloutName name;
   Mishaps mishaps;
@@ -47,7 +49,7 @@ using WorkEnd = std::variant<WorkAnswered, WorkPutBack, WorkGivenUp>;
 ///
 ///   pool.start(turn);
 ///   while (const auto idle = pool.idle_evaluator()) { ... check() or evaluate() ... }
-///   const std::optional<WorkEnd> end = pool.on(turn, event, definitions);
+///   for (const WorkEnd& end : pool.on(turn, event, definitions)) ...
 ///   pool.watch(turn);  // at pool.next_deadline()
 class EvaluatorPool {
  public:
@@ -62,20 +64,21 @@ class EvaluatorPool {
   /// The first one that waits for something to do.
   std::optional<int> idle_evaluator() const;
   /// Precondition of both: the evaluator is idle. The definition is one take_unchecked() gave;
-  /// those of the work are accepted and stay on the shelf as long as it is wanted.
+  /// those of the work are accepted and stay on the shelf as long as it is wanted. Works given
+  /// together have the same ones, and a time limit together: the sum.
   void check(const Turn& turn, int index, const DefinitionName& name,
              const DefinitionShelf& definitions);
-  void evaluate(const Turn& turn, int index, Work work, DefinitionShelf& definitions);
+  void evaluate(const Turn& turn, int index, std::vector<Work> works, DefinitionShelf& definitions);
   /// Nobody wants to know any more what becomes of this work, if it is here. Its evaluator finishes
   /// what it does.
   void withdraw(const RolloutName& name);
-  /// The same, and its evaluator is ended: the work may take long.
+  /// The same, and its evaluator is ended: the work may take long. What is beside it is put back.
   void end_work(const Turn& turn, const RolloutName& name);
 
-  /// Tells `definitions` what has come of a check. Returns how a roll-out's work has ended, if it
-  /// has and was wanted.
-  std::optional<WorkEnd> on(const Turn& turn, const EvaluatorEvent& event,
-                            DefinitionShelf& definitions);
+  /// Tells `definitions` what has come of a check. Returns how roll-outs' work has ended that has
+  /// and was wanted.
+  std::vector<WorkEnd> on(const Turn& turn, const EvaluatorEvent& event,
+                          DefinitionShelf& definitions);
   /// Acts on the deadlines that have come.
   void watch(const Turn& turn);
   /// When watch() is due; TimePoint::max() if no evaluator needs it.
@@ -91,33 +94,40 @@ class EvaluatorPool {
 
  private:
   enum class State { kDown, kStarting, kIdle, kLoading, kRunning };
+  struct Given {
+    Work work;
+    bool wanted = true;  ///< not withdrawn
+    bool done = false;
+  };
   struct Evaluator {
     State state = State::kDown;
     bool killed = false;       ///< its death is on its way
     bool dismissed = false;    ///< killed for work that nobody wants
     bool timed_out = false;    ///< killed for exceeding a time limit while loading or running
-    std::int64_t job = 0;      ///< number of what it loads or runs
+    std::int64_t job = 0;      ///< number of what it loads or, with those that follow, runs
     TimePoint since;           ///< of the job or the start
     Duration time_limit{};     ///< of the job, CPU time
     TimePoint busy_at;         ///< last seen to have burnt CPU time on the job, or its begin
     Duration busy_cpu_time{};  ///< what it had burnt by then
     std::optional<TimePoint> look_at;  ///< start time-out, CPU time check, or restart when down
-    std::optional<Work> work;
-    bool wanted = false;                    ///< the work was not withdrawn
-    std::optional<DefinitionName> loading;  ///< for the work, else to check it
+    std::vector<Given> given;
+    std::optional<DefinitionName> loading;  ///< for what is given, else to check it
     std::set<DefinitionName> known;
     std::int64_t num_evicted_seen = 0;
     /// In a row since its last result, not the fault of a roll-out or definition.
     int num_bare_deaths = 0;
-  };
-  using End = std::optional<WorkEnd>;
 
-  End on(const Turn& turn, const EvaluatorReady& event, DefinitionShelf& definitions);
-  End on(const Turn& turn, const DefinitionLoaded& event, DefinitionShelf& definitions);
-  End on(const Turn& turn, const RolloutEvaluated& event, DefinitionShelf& definitions);
-  End on(const Turn& turn, const CpuTimeMeasured& event, DefinitionShelf& definitions);
-  End on(const Turn& turn, const EvaluatorDied& event, DefinitionShelf& definitions);
-  WorkEnd interrupted(const Turn& turn, const Evaluator& evaluator, bool charged) const;
+    bool is_wanted() const { return std::ranges::any_of(given, &Given::wanted); }
+  };
+  using Ends = std::vector<WorkEnd>;
+
+  Ends on(const Turn& turn, const EvaluatorReady& event, DefinitionShelf& definitions);
+  Ends on(const Turn& turn, const DefinitionLoaded& event, DefinitionShelf& definitions);
+  Ends on(const Turn& turn, const RolloutEvaluated& event, DefinitionShelf& definitions);
+  Ends on(const Turn& turn, const CpuTimeMeasured& event, DefinitionShelf& definitions);
+  Ends on(const Turn& turn, const EvaluatorDied& event, DefinitionShelf& definitions);
+  WorkEnd interrupted(const Turn& turn, const Evaluator& evaluator, const Work& work,
+                      bool charged) const;
   Evaluator& at(int index) { return evaluators_.at(static_cast<std::size_t>(index)); }
   void start(const Turn& turn, int index);
   void kill(const Turn& turn, int index);

@@ -58,6 +58,29 @@ std::optional<RolloutName> RolloutQueue::take() {
   return name;
 }
 
+std::vector<RolloutName> RolloutQueue::take_alike(const RolloutName& first, std::size_t num_max) {
+  std::vector<RolloutName> names;
+  const auto row = ready_.find(first.learner);
+  if (row == ready_.end()) return names;
+  const protocol::RolloutRequest& like = held_.at(first).request;
+  for (const auto& [arrival, key] : row->second) {
+    if (names.size() == num_max) break;
+    const HeldRollout& held = held_.at({first.learner, key});
+    if (held.request.task_id == like.task_id && held.request.policy_id == like.policy_id &&
+        !held.mishaps.alone) {
+      names.push_back({first.learner, key});
+    }
+  }
+  for (const RolloutName& name : names) set_state(name, RolloutState::kRunning);
+  return names;
+}
+
+std::size_t RolloutQueue::num_ready() const {
+  std::size_t count = 0;
+  for (const auto& [learner, row] : ready_) count += row.size();
+  return count;
+}
+
 std::vector<protocol::RolloutKey> RolloutQueue::keys(protocol::LearnerId learner) const {
   std::vector<protocol::RolloutKey> keys;
   for (const RolloutName& name : of_learner(learner)) keys.push_back(name.key);

@@ -31,6 +31,7 @@ enum class RolloutState {
 struct Mishaps {
   int num_strikes = 0;    ///< by its fault
   int num_accidents = 0;  ///< by no fault of its own
+  bool alone = false;     ///< one ended under it and others: from now on it is given alone
 };
 
 struct HeldRollout {
@@ -59,6 +60,10 @@ class RolloutQueue {
   void remove(const RolloutName& name);
   /// The next ready roll-out, which becomes running.
   std::optional<RolloutName> take();
+  /// At most so many of its learner, task and policy that were never to be given alone, in their
+  /// order; they become running too.
+  std::vector<RolloutName> take_alike(const RolloutName& first, std::size_t num_max);
+  std::size_t num_ready() const;
 
   std::size_t size() const { return held_.size(); }
   std::vector<protocol::RolloutKey> keys(protocol::LearnerId learner) const;

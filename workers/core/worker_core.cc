@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/check.h"
+#include "workers/core/rollouts_together.h"
 
 namespace treeroll::worker {
 namespace {
@@ -90,9 +91,9 @@ void WorkerCore::on(const Turn& turn, const MessageReceived& event) {
 
 void WorkerCore::on(const Turn& turn, const EvaluatorEvent& event) {
   const bool had_room = evaluators_.any_living();
-  const std::optional<WorkEnd> end = evaluators_.on(turn, event, definitions_);
+  const std::vector<WorkEnd> ends = evaluators_.on(turn, event, definitions_);
   if (!had_room && evaluators_.any_living()) status_due_ = true;
-  if (end) conclude(turn, *end);
+  for (const WorkEnd& end : ends) conclude(turn, end);
   const bool died = std::holds_alternative<EvaluatorDied>(event);
   if (died && !draining_ && queue_.size() > 0) give_up_in_trouble(turn);
 }
@@ -327,8 +328,17 @@ void WorkerCore::assign_work(const Turn& turn) {
     if (const auto definition = definitions_.take_unchecked()) {
       evaluators_.check(turn, *idle, *definition, definitions_);
     } else if (const auto rollout = queue_.take()) {
-      const HeldRollout& held = *queue_.find(*rollout);
-      evaluators_.evaluate(turn, *idle, {*rollout, held.request, held.mishaps}, definitions_);
+      std::vector<RolloutName> names = {*rollout};
+      const HeldRollout& first = *queue_.find(*rollout);
+      const Definition& task = *definitions_.find({DefinitionKind::kTask, first.request.task_id});
+      const std::size_t others = num_together(first, task, queue_.num_ready(), settings_) - 1;
+      for (const RolloutName& name : queue_.take_alike(*rollout, others)) names.push_back(name);
+      std::vector<Work> works;
+      for (const RolloutName& name : names) {
+        const HeldRollout& held = *queue_.find(name);
+        works.push_back({name, held.request, held.mishaps});
+      }
+      evaluators_.evaluate(turn, *idle, std::move(works), definitions_);
     } else {
       return;
     }
@@ -374,6 +384,8 @@ void WorkerCore::conclude(const Turn& turn, const WorkEnd& end) {
                                 .content = request.content,
                                 .outcome = outcome,
                                 .duration_ns = answer->duration_ns});
+    definitions_.on_evaluated({DefinitionKind::kTask, request.task_id},
+                              std::chrono::nanoseconds(answer->duration_ns));
     queue_.remove(name);
   }
 }

@@ -23,8 +23,9 @@ using protocol::DefinitionName;
 struct DefinitionFacts {
   int input_dim = 0;
   int output_dim = 0;
-  int theta_dim = 0;      ///< policies
-  Duration time_limit{};  ///< tasks: CPU time of one roll-out
+  int theta_dim = 0;       ///< policies
+  Duration time_limit{};   ///< tasks: CPU time of one roll-out
+  bool repeatable = true;  ///< tasks: starting a roll-out once more does no harm
 };
 
 enum class Death {
@@ -109,10 +110,13 @@ struct ForgetDefinition {
   int evaluator = 0;
   DefinitionName name;
 };
+/// Those of one task and policy may go to an evaluator together: one effect each, in a row, with
+/// jobs that count up. Its CPU time then counts from the first.
 struct RunRollout {
   int evaluator = 0;
   std::int64_t job = 0;
   protocol::RolloutRequest request;
+  bool more = false;  ///< the next one follows
 };
 /// CPU time that evaluator has spent on that job.
 struct AskCpuTime {

@@ -30,6 +30,7 @@ struct WorkerSettings {
   std::size_t definition_bytes_max = protocol::kDefinitionCacheBytesMax;
   std::size_t num_partial_max = protocol::kPartialDefinitionsMax;
   std::size_t partial_bytes_max = protocol::kPartialBytesMax;
+  std::size_t together_max = 8;  ///< roll-outs that an evaluator is given at once
   int num_strikes_max = 3;  ///< evaluators a roll-out or a definition may end before it is answered
   int num_accidents_max = 3;  ///< evaluators others may end under a roll-out before it is given up
 

@@ -38,6 +38,9 @@ class VariedPlant {
  public:
   VariedPlant(const sim::PlantSettings& plant, const PlantVariation& variation);
 
+  /// The plant as the settings have it, of which those of the evaluations are variations.
+  sim::CartPendulumPlant& plant() { return *plant_; }
+
   /// Whether the same policy gets the same reward whatever the seed.
   bool deterministic() const { return variation_.is_none(); }
 
@@ -49,7 +52,7 @@ class VariedPlant {
  private:
   sim::PlantSettings settings_;
   PlantVariation variation_;
-  std::unique_ptr<sim::CartPendulumPlant> plant_;  ///< as the settings have it
+  std::unique_ptr<sim::CartPendulumPlant> plant_;
 };
 
 }  // namespace treeroll

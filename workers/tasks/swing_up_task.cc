@@ -56,7 +56,8 @@ SwingUpTask::SwingUpTask(SettingsReader& settings, const sim::PlantSettings& pla
       start_{.phi1 = settings.number("start_phi1", kAngle, -std::numbers::pi),
              .phi2 = settings.number("start_phi2", kAngle, -std::numbers::pi)},
       links_(visible_links(plant, variation)),
-      plant_(plant, variation) {}
+      plant_(plant, variation),
+      input_times_s_(plant_.plant().input_times(duration_s_)) {}
 
 TaskDescription SwingUpTask::description() const {
   return {.input_dim = 1,
@@ -83,24 +84,66 @@ Outcome SwingUpTask::roll_out(Controller& controller, std::uint64_t seed, Trace*
         "a controller from time to acceleration");
   return plant_.evaluate(
       seed, start_, [&](sim::CartPendulumPlant& plant, const sim::CartPendulumState& start) {
-        controller.start();
         double cost_min = std::numeric_limits<double>::infinity();
+        const auto see = [&](double time_s, const sim::CartPendulumState& s,
+                             double cart_acceleration_mps2) {
+          const double cost = swing_up_cost(s);
+          cost_min = std::min(cost_min, cost);
+          if (trace != nullptr) {
+            trace->add_row({time_s, s.phi1, s.phi2, s.y, s.phi1_rate, s.phi2_rate, s.y_rate,
+                            cart_acceleration_mps2, cost});
+            if (links_) trace->add_pose(pose(*links_, s));
+          }
+          return true;
+        };
+        if (!input_times_s_.empty()) {
+          const std::vector<double> inputs = accelerations(controller);
+          const sim::OpenLoop rollout = {.start = start, .accelerations = inputs};
+          const auto ends = plant.simulate_open_loop(
+              {&rollout, 1}, duration_s_,
+              [&](std::size_t, double time_s, const sim::CartPendulumState& s, double input) {
+                see(time_s, s, input);
+              });
+          return outcome(ends[0], cost_min);
+        }
+        controller.start();
         const auto end = plant.simulate(
             start, duration_s_,
             [&](double time_s, const sim::CartPendulumState&) { return controller.act(time_s); },
-            [&](double time_s, const sim::CartPendulumState& s, double cart_acceleration_mps2) {
-              const double cost = swing_up_cost(s);
-              cost_min = std::min(cost_min, cost);
-              if (trace != nullptr) {
-                trace->add_row({time_s, s.phi1, s.phi2, s.y, s.phi1_rate, s.phi2_rate, s.y_rate,
-                                cart_acceleration_mps2, cost});
-                if (links_) trace->add_pose(pose(*links_, s));
-              }
-              return true;
-            });
-        if (!end) return Outcome::failed(RolloutStatus::kDiverged, end.error().message);
-        return Outcome::ok(elementary::exp(-alpha_ * cost_min));
+            see);
+        return outcome(end, cost_min);
       });
+}
+
+bool SwingUpTask::side_by_side() const { return plant_.deterministic() && !input_times_s_.empty(); }
+
+std::vector<Outcome> SwingUpTask::evaluate_all(std::span<const Evaluation> evaluations) {
+  if (!side_by_side()) return Task::evaluate_all(evaluations);
+  std::vector<std::vector<double>> inputs;
+  std::vector<sim::OpenLoop> rollouts;
+  for (const Evaluation& one : evaluations) inputs.push_back(accelerations(one.controller));
+  for (const auto& of_one : inputs) rollouts.push_back({.start = start_, .accelerations = of_one});
+  std::vector<double> cost_min(rollouts.size(), std::numeric_limits<double>::infinity());
+  const auto ends = plant_.plant().simulate_open_loop(
+      rollouts, duration_s_,
+      [&](std::size_t rollout, double, const sim::CartPendulumState& s, double) {
+        cost_min[rollout] = std::min(cost_min[rollout], swing_up_cost(s));
+      });
+  std::vector<Outcome> outcomes;
+  for (std::size_t i = 0; i < ends.size(); ++i) outcomes.push_back(outcome(ends[i], cost_min[i]));
+  return outcomes;
+}
+
+std::vector<double> SwingUpTask::accelerations(Controller& controller) const {
+  std::vector<double> outputs(input_times_s_.size());
+  controller.start();
+  controller.act_all(input_times_s_, outputs);
+  return outputs;
+}
+
+Outcome SwingUpTask::outcome(const Result<sim::CartPendulumState>& end, double cost_min) const {
+  if (!end) return Outcome::failed(RolloutStatus::kDiverged, end.error().message);
+  return Outcome::ok(elementary::exp(-alpha_ * cost_min));
 }
 
 }  // namespace treeroll

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "workers/tasks/plant_variation.h"
 #include "workers/tasks/task.h"
@@ -29,6 +31,9 @@ class SwingUpTask : public Task {
 
   TaskDescription description() const override;
   Outcome evaluate(Controller& controller, std::uint64_t seed) override;
+  std::vector<Outcome> evaluate_all(std::span<const Evaluation> evaluations) override;
+  /// Variations make a plant an evaluation, and step control a time grid an evaluation.
+  bool side_by_side() const override;
   /// Columns: time, state, input and cost of (4-6), at each output step of the plant; poses: the
   /// cart and the links, unless their lengths vary.
   Outcome evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) override;
@@ -39,12 +44,18 @@ class SwingUpTask : public Task {
   /// @param trace  may be null
   Outcome roll_out(Controller& controller, std::uint64_t seed, Trace* trace);
 
+  /// What the controller gives at input_times_s_, from its start.
+  std::vector<double> accelerations(Controller& controller) const;
+  /// Of the lowest cost of a simulation that did not diverge, (4-7).
+  Outcome outcome(const Result<sim::CartPendulumState>& end, double cost_min) const;
+
   double duration_s_;
   double alpha_;
   double time_limit_s_;
   sim::CartPendulumState start_;
   std::optional<sim::DoublePendulum> links_;  ///< nothing if they vary
   VariedPlant plant_;
+  std::vector<double> input_times_s_;  ///< of the plant; empty with step control
 };
 
 }  // namespace treeroll

@@ -5,7 +5,9 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "common/base/outcome.h"
 #include "common/base/task_description.h"
@@ -49,6 +51,23 @@ class Task {
   /// @param controller  of a policy with the dimensions of the description
   /// @param seed        for tasks that are not deterministic
   virtual Outcome evaluate(Controller& controller, std::uint64_t seed) = 0;
+  /// One of several evaluations.
+  struct Evaluation {
+    Controller& controller;
+    std::uint64_t seed = 0;
+  };
+  /// evaluate() for each, to the bit: whatever their number, and whoever is beside one. A task that
+  /// simulates several side by side overrides this and the next.
+  virtual std::vector<Outcome> evaluate_all(std::span<const Evaluation> evaluations) {
+    std::vector<Outcome> outcomes;
+    for (const Evaluation& one : evaluations) {
+      outcomes.push_back(evaluate(one.controller, one.seed));
+    }
+    return outcomes;
+  }
+  /// Whether evaluate_all() is more than one after the other. If it is not, evaluators do that
+  /// themselves, and nothing that one roll-out leaves behind reaches the next.
+  virtual bool side_by_side() const { return false; }
   /// The same evaluation, to the bit, that also records what happens on the way
   /// (workers/tasks/trace.h), for treeroll-evaluate --trace. A task that does not override it
   /// records nothing. Learning never calls it.

@@ -1,6 +1,5 @@
 #include "workers/tasks/trajectory_task.h"
 
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -41,7 +40,7 @@ TaskDescription TrajectoryTask::description() const {
 }
 
 Outcome TrajectoryTask::evaluate(Controller& controller, std::uint64_t /*seed*/) {
-  return roll_out(controller, nullptr);
+  return outcome(follow(controller));
 }
 
 Outcome TrajectoryTask::evaluate_traced(Controller& controller, std::uint64_t /*seed*/,
@@ -51,28 +50,33 @@ Outcome TrajectoryTask::evaluate_traced(Controller& controller, std::uint64_t /*
   for (const std::string& name : goal_.names) columns.push_back(goal_column(name));
   trace.set_columns(columns);
   trace.set_policy_columns({goal_.time_name}, goal_.names);
-  return roll_out(controller, &trace);
+
+  const std::vector<double> outputs = follow(controller);
+  const auto output_dim = static_cast<std::size_t>(goal_.outputs.rows());
+  for (std::size_t i = 0; i < goal_.times_s.size(); ++i) {
+    std::vector<double> row = {goal_.times_s[i]};
+    for (const double* of : {outputs.data(), std::as_const(goal_.outputs).data()}) {
+      row.insert(row.end(), of + i * output_dim, of + (i + 1) * output_dim);
+    }
+    trace.add_row(row);
+  }
+  return outcome(outputs);
 }
 
-Outcome TrajectoryTask::roll_out(Controller& controller, Trace* trace) {
-  const auto output_dim = static_cast<std::size_t>(goal_.outputs.rows());
+std::vector<double> TrajectoryTask::follow(Controller& controller) const {
   CHECK(controller.input_dim() == 1 && controller.output_dim() == goal_.outputs.rows(),
         "a controller from time to the outputs of the goal");
   controller.start();
-  // Time, outputs and goals: a row of the trace.
-  std::vector<double> row(1 + 2 * output_dim);
-  const std::span<double> outputs = std::span(row).subspan(1, output_dim);
-  const std::span<double> wanted = std::span(row).last(output_dim);
+  std::vector<double> outputs(static_cast<std::size_t>(goal_.outputs.size()));
+  controller.act_all(goal_.times_s, outputs);
+  return outputs;
+}
+
+Outcome TrajectoryTask::outcome(const std::vector<double>& outputs) const {
   double sum = 0;
-  for (std::size_t i = 0; i < goal_.times_s.size(); ++i) {
-    row[0] = goal_.times_s[i];
-    controller.act(std::span(row).first(1), outputs);
-    for (std::size_t o = 0; o < output_dim; ++o) {
-      wanted[o] = goal_.outputs(static_cast<Eigen::Index>(o), static_cast<Eigen::Index>(i));
-      const double miss = outputs[o] - wanted[o];
-      sum += miss * miss;
-    }
-    if (trace != nullptr) trace->add_row(row);
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const double miss = outputs[i] - goal_.outputs.data()[i];
+    sum += miss * miss;
   }
   return Outcome::ok(elementary::exp(-alpha_ * sum / static_cast<double>(goal_.times_s.size())));
 }

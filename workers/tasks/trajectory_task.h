@@ -45,8 +45,9 @@ class TrajectoryTask : public Task {
   Outcome evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) override;
 
  private:
-  /// @param trace  may be null
-  Outcome roll_out(Controller& controller, Trace* trace);
+  /// What the controller gives at the goal's times: dO numbers each, as goal_.outputs has them.
+  std::vector<double> follow(Controller& controller) const;
+  Outcome outcome(const std::vector<double>& outputs) const;
 
   GoalTrajectory goal_;
   double alpha_;

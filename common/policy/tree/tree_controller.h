@@ -17,6 +17,7 @@ class TreeController final : public Controller {
   int output_dim() const override { return gmr_.output_dim(); }
   using Controller::act;
   void act(std::span<const double> input, std::span<double> output) override;
+  void act_all(std::span<const double> inputs, std::span<double> outputs) override;
 
  private:
   Gmr gmr_;

@@ -1,0 +1,142 @@
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <map>
+#include <vector>
+
+#include "tests/worker_core/stage.h"
+
+// Short roll-outs that an evaluator is given together.
+namespace treeroll::worker {
+namespace {
+
+using protocol::RewardBatch;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+void allow_several(WorkerSettings& settings) { settings.together_max = 8; }
+
+/// Numbers of the roll-outs given in a row to each evaluator since the last clear().
+std::vector<std::vector<int>> given(const Stage& stage) {
+  std::vector<std::vector<int>> packets;
+  bool more = false;
+  for (const RunRollout& run : stage.effects<RunRollout>()) {
+    if (!more) packets.emplace_back();
+    packets.back().push_back(run.request.key.number);
+    more = run.more;
+  }
+  EXPECT_FALSE(more) << "a packet that does not end";
+  return packets;
+}
+
+/// The evaluator answers a roll-out of its packet.
+void answer(Stage& stage, int evaluator, std::int64_t job, Duration duration) {
+  stage.step(RolloutEvaluated{evaluator, job, Outcome::ok(.5), duration.count()});
+}
+
+/// A worker that knows how long a roll-out of the task takes.
+class WorkerBatchesTest : public ::testing::Test {
+ protected:
+  void learn(Stage& stage, int num_evaluators, Duration duration) {
+    stage.define();
+    for (int i = 0; i < num_evaluators; ++i) {
+      stage.ask({stage.request(1000 + i)});
+      answer(stage, 0, stage.job(0), duration);
+    }
+    stage.clear();
+  }
+  void ask_for(Stage& stage, int count) {
+    std::vector<protocol::RolloutRequest> requests;
+    for (int number = 1; number <= count; ++number) requests.push_back(stage.request(number));
+    stage.ask(std::move(requests));
+  }
+};
+
+TEST_F(WorkerBatchesTest, ShortOnesGoTogetherOnceItIsKnownThatTheyAreShort) {
+  Stage stage(1, allow_several);
+  stage.define();
+  ask_for(stage, 20);
+  EXPECT_THAT(given(stage), ElementsAre(ElementsAre(1)));
+  stage.clear();
+  answer(stage, 0, stage.job(0), 50us);
+  EXPECT_THAT(given(stage), ElementsAre(ElementsAre(2, 3, 4, 5, 6, 7, 8, 9)));
+  const std::int64_t last = stage.job(0);
+  for (std::int64_t job = last - 7; job <= last; ++job) answer(stage, 0, job, 300us);
+  EXPECT_EQ(given(stage).back().size(), 4U) << "they take longer of late: a millisecond in all";
+}
+
+TEST_F(WorkerBatchesTest, LongOnesAndThoseOfATaskThatIsNotRepeatableGoAlone) {
+  {
+    Stage stage(1, allow_several);
+    learn(stage, 1, 600us);
+    ask_for(stage, 20);
+    EXPECT_THAT(given(stage), ElementsAre(ElementsAre(1)));
+  }
+  Stage stage(1, allow_several);
+  stage.task_facts.repeatable = false;
+  learn(stage, 1, 1us);
+  ask_for(stage, 20);
+  EXPECT_THAT(given(stage), ElementsAre(ElementsAre(1)));
+}
+
+TEST_F(WorkerBatchesTest, NoEvaluatorIdlesBesideOneThatHasSeveral) {
+  Stage stage(2, allow_several);
+  learn(stage, 1, 1us);
+  ask_for(stage, 12);
+  EXPECT_THAT(given(stage), ElementsAre(ElementsAre(1, 2, 3, 4, 5, 6), ElementsAre(7, 8, 9)))
+      << "a half, and a half of what is left";
+  stage.clear();
+  ask_for(stage, 3);
+  EXPECT_THAT(given(stage), IsEmpty());
+}
+
+TEST_F(WorkerBatchesTest, ThetasOfManyNumbersGoAlone) {
+  Stage stage(1, allow_several);
+  stage.policy_facts.theta_dim = 3000;
+  stage.define();
+  std::vector<protocol::RolloutRequest> requests;
+  for (int number = 1; number <= 5; ++number) {
+    requests.push_back(stage.request(number));
+    requests.back().theta.assign(3000, .5);
+  }
+  stage.ask(std::move(requests));
+  stage.clear();
+  answer(stage, 0, stage.job(0), 1us);
+  EXPECT_THAT(given(stage), ElementsAre(ElementsAre(2)));
+}
+
+/// One of them crashes whenever it is evaluated.
+TEST_F(WorkerBatchesTest, WhoCrashesAmongSeveralIsFoundAloneAndNobodyElseIsStruck) {
+  Stage stage(1, allow_several);
+  learn(stage, 1, 50us);
+  ask_for(stage, 6);
+  std::map<int, int> deaths;
+  int rounds = 0;
+  for (; rounds < 100 && stage.status().num_evaluated < 7; ++rounds) {
+    const std::vector<int> packet = given(stage).back();
+    if (std::find(packet.begin(), packet.end(), 4) != packet.end()) {
+      for (const int number : packet) ++deaths[number];
+      stage.die(0, Death::kFatalSignal, 11);
+      continue;
+    }
+    const std::int64_t last = stage.job(0);
+    for (std::int64_t job = last - std::ssize(packet) + 1; job <= last; ++job) {
+      answer(stage, 0, job, 50us);
+    }
+  }
+  EXPECT_EQ(deaths[4], 4) << "once beside others, three times alone";
+  EXPECT_LE(deaths[5], 1);
+  std::map<int, RolloutStatus> statuses;
+  for (const RewardBatch& batch : stage.sent<RewardBatch>()) {
+    for (const auto& result : batch.results) {
+      statuses[result.key.number] = result.outcome.status();
+    }
+  }
+  for (int number = 1; number <= 6; ++number) {
+    ASSERT_TRUE(statuses.contains(number)) << number;
+    EXPECT_EQ(statuses[number], number == 4 ? RolloutStatus::kCrashed : RolloutStatus::kOk);
+  }
+}
+
+}  // namespace
+}  // namespace treeroll::worker
