@@ -7,23 +7,30 @@ namespace {
 
 constexpr int kThetasInTurn = 16;
 
-/// One roll-out after the other as an evaluator executes them: the policy with theta, then the
-/// task.
+/// Roll-outs as an evaluator executes them: the policy with theta, then the task. Argument: how
+/// many together; time is that of all of them.
 void roll_out(benchmark::State& state, const Condition& condition) {
   const std::unique_ptr<Task> task = task_of(condition);
   const std::vector<Eigen::VectorXd> thetas = thetas_about(*condition.start, kThetasInTurn);
   std::size_t next = 0;
   double sum = 0;
   for (auto _ : state) {
-    const auto controller = condition.start->with(thetas[next++ % kThetasInTurn])->controller();
-    const Outcome outcome = task->evaluate(*controller, 0);
-    if (!outcome.is_ok()) {
-      state.SkipWithError(("a roll-out has failed: " + outcome.reason()).c_str());
-      break;
+    std::vector<std::unique_ptr<Controller>> controllers;
+    std::vector<Task::Evaluation> evaluations;
+    for (std::int64_t i = 0; i < state.range(0); ++i) {
+      controllers.push_back(condition.start->with(thetas[next++ % kThetasInTurn])->controller());
+      evaluations.push_back({*controllers.back(), 0});
     }
-    sum += outcome.reward();
+    for (const Outcome& outcome : task->evaluate_all(evaluations)) {
+      if (!outcome.is_ok()) {
+        state.SkipWithError(("a roll-out has failed: " + outcome.reason()).c_str());
+        return;
+      }
+      sum += outcome.reward();
+    }
   }
   benchmark::DoNotOptimize(sum);
+  state.SetItemsProcessed(state.iterations() * state.range(0));
 }
 
 void shipped(benchmark::State& state, const char* study) {
@@ -44,19 +51,45 @@ void synthetic(benchmark::State& state) {
 
 BENCHMARK_CAPTURE(swing_up, ode, R"("plant":"ode","step_s":0.001)")
     ->Name("task/swing_up/ode_1ms")
+    ->ArgName("together")
+    ->Arg(1)
     ->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(swing_up, rk4, R"("plant":"rk4","step_s":0.005)")
     ->Name("task/swing_up/rk4_5ms")
+    ->ArgName("together")
+    ->Arg(1)
+    ->Arg(4)
+    ->Arg(8)
     ->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(swing_up, dopri5, R"("plant":"dopri5")")
     ->Name("task/swing_up/dopri5")
+    ->ArgName("together")
+    ->Arg(1)
     ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(shipped, hold, "hold")->Name("task/hold/rk4_5ms")->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(shipped, hold, "hold")
+    ->Name("task/hold/rk4_5ms")
+    ->ArgName("together")
+    ->Arg(1)
+    ->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(shipped, trajectory, "thesis_4_1")
     ->Name("task/trajectory")
+    ->ArgName("together")
+    ->Arg(1)
+    ->Arg(4)
+    ->Arg(8)
     ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(shipped, spiral, "spiral")->Name("task/spiral")->Unit(benchmark::kMicrosecond);
-BENCHMARK(synthetic)->Name("task/synthetic/no_time")->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(shipped, spiral, "spiral")
+    ->Name("task/spiral")
+    ->ArgName("together")
+    ->Arg(1)
+    ->Arg(4)
+    ->Arg(8)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK(synthetic)
+    ->Name("task/synthetic/no_time")
+    ->ArgName("together")
+    ->Arg(1)
+    ->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace treeroll::benchmarks
