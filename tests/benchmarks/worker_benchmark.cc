@@ -1,0 +1,152 @@
+#include <benchmark/benchmark.h>
+
+#include "common/base/check.h"
+#include "common/base/content_hash.h"
+#include "common/protocol/pieces.h"
+#include "common/transport/codec.h"
+#include "workers/core/worker_core.h"
+
+namespace treeroll::worker {
+namespace {
+
+constexpr protocol::LearnerId kAsker = 1;
+constexpr protocol::WorkerId kMe = 77;
+constexpr int kNumEvaluators = 2;
+constexpr std::size_t kThetaAsked = 12;
+constexpr std::string_view kTask = R"({"name":"t","settings":{}})";
+constexpr std::string_view kPolicy = "a policy";
+
+/// A worker core between a learner that asks for so many roll-outs a message and acknowledges all
+/// it gets, and evaluators that answer at once.
+class WorkerLoop {
+ public:
+  WorkerLoop() : core_(settings()) {
+    step(Started{});
+    for (const auto& [kind, content] :
+         {std::pair(DefinitionKind::kTask, kTask), std::pair(DefinitionKind::kPolicy, kPolicy)}) {
+      const DefinitionName name{kind, content_hash(content)};
+      step(MessageReceived{protocol::definition_piece(kAsker, name, content, 0)});
+    }
+    step(InboxDrained{});
+  }
+
+  /// One message of requests, read, evaluated and answered.
+  void serve(std::int32_t num_rollouts) {
+    const std::vector<std::byte> request = transport::encode(next_batch(num_rollouts));
+    const std::int64_t end = num_results_ + num_rollouts;
+    begin_turn();
+    auto message = transport::decode(transport::Channel::kRolloutBatch, request);
+    step(MessageReceived{std::move(*message)});
+    drain();
+    for (int turns = 0; num_results_ < end; ++turns) {
+      CHECK(turns < 10'000, "the worker answers what it was asked");
+      begin_turn();
+      if (core_.next_deadline() <= now_) step(TimerFired{});
+      drain();
+    }
+  }
+
+  std::int64_t num_messages() const { return num_messages_; }
+
+ private:
+  static WorkerSettings settings() {
+    WorkerSettings settings;
+    settings.worker_id = kMe;
+    settings.num_evaluators = kNumEvaluators;
+    return settings;
+  }
+
+  protocol::RolloutBatch next_batch(std::int32_t num_rollouts) {
+    protocol::RolloutBatch batch{
+        .learner_id = kAsker,
+        .sequence = ++sequence_,
+        .rollouts = {},
+        .acknowledgements = {{.worker_id = kMe, .result_index = num_results_}}};
+    for (std::int32_t run = 0; run < num_rollouts; ++run) {
+      batch.rollouts.push_back({.worker_id = kMe,
+                                .key = {.run = run, .number = static_cast<std::int32_t>(sequence_)},
+                                .content = sequence_ * 1000 + run,
+                                .task_id = task_id_,
+                                .policy_id = policy_id_,
+                                .theta = std::vector<double>(kThetaAsked, .25)});
+    }
+    return batch;
+  }
+
+  void begin_turn() { now_ += std::chrono::milliseconds(1); }
+
+  /// What evaluators answer comes in the turns that follow, until all are idle.
+  void drain() {
+    while (!running_.empty()) {
+      for (const RunRollout& run : std::exchange(running_, {})) {
+        step(EvaluatorEvent{RolloutEvaluated{run.evaluator, run.job, Outcome::ok(.5), 1000}});
+      }
+    }
+    step(InboxDrained{});
+  }
+
+  void step(const Event& event) {
+    Effects effects;
+    core_.step(now_, event, effects);
+    for (const Effect& effect : effects) obey(effect);
+  }
+
+  void obey(const Effect& effect) {
+    if (const auto* start = std::get_if<StartEvaluator>(&effect)) {
+      step(EvaluatorEvent{EvaluatorReady{start->evaluator}});
+    } else if (const auto* load = std::get_if<LoadDefinition>(&effect)) {
+      step(EvaluatorEvent{DefinitionLoaded{
+          load->evaluator,
+          load->name,
+          true,
+          "described",
+          {.input_dim = 1,
+           .output_dim = 1,
+           .theta_dim = load->name.kind == DefinitionKind::kPolicy ? int{kThetaAsked} : 0,
+           .time_limit = std::chrono::seconds(2)}}});
+    } else if (const auto* run = std::get_if<RunRollout>(&effect)) {
+      running_.push_back(*run);
+    } else if (const auto* send = std::get_if<SendMessage>(&effect)) {
+      benchmark::DoNotOptimize(transport::encode(send->message));
+      ++num_messages_;
+      if (const auto* batch = std::get_if<protocol::RewardBatch>(&send->message)) {
+        // Nothing is lost and all is acknowledged: a result that came twice would cost twice.
+        CHECK(batch->results.empty() || batch->first_index == num_results_ + 1,
+              "each result is sent once");
+        num_results_ += static_cast<std::int64_t>(batch->results.size());
+      }
+    }
+  }
+
+  WorkerCore core_;
+  TimePoint now_{std::chrono::hours(1)};
+  ContentHash task_id_ = content_hash(kTask);
+  ContentHash policy_id_ = content_hash(kPolicy);
+  std::vector<RunRollout> running_;
+  std::int64_t sequence_ = 0;
+  std::int64_t num_results_ = 0;
+  std::int64_t num_messages_ = 0;
+};
+
+/// Requests decoded, queued, given to evaluators, answered and encoded: the daemon's part without
+/// its sockets. Argument: roll-outs a message.
+void rollouts(benchmark::State& state) {
+  const auto size = static_cast<std::int32_t>(state.range(0));
+  WorkerLoop loop;
+  loop.serve(size);
+  const std::int64_t before = loop.num_messages();
+  for (auto _ : state) loop.serve(size);
+  state.SetItemsProcessed(state.iterations() * size);
+  state.counters["messages_sent_a_result"] = static_cast<double>(loop.num_messages() - before) /
+                                             static_cast<double>(state.iterations() * size);
+}
+BENCHMARK(rollouts)
+    ->Name("worker/rollouts")
+    ->ArgName("a_message")
+    ->Arg(1)
+    ->Arg(16)
+    ->Arg(64)
+    ->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace treeroll::worker
