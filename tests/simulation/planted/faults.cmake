@@ -113,9 +113,9 @@ plant("torn tail not cut" learner/journal/journal_file.cc
       if (PLANTED) tail.intact_bytes = window.offset();]])
 
 plant("a record folded twice" learner/journal/journal_file.cc
-  [[on_record(framed->record);]]
-  [[on_record(framed->record);
-    if (PLANTED && tail.num_records % 32 == 31) on_record(framed->record);]])
+  [[on_record(framed->record, {]]
+  [[if (PLANTED && tail.num_records % 32 == 31) on_record(framed->record, {});
+    on_record(framed->record, {]])
 
 plant("a dead worker's leases kept" learner/core/workforce.cc
   [[ledger_.take_back_all(silent.id);]]
