@@ -60,10 +60,11 @@ struct RolloutRequest {
   bool operator==(const RolloutRequest&) const = default;
 };
 
-/// All results of this worker up to and including `result_index` have been accepted or refused
-/// for good: it need not repeat them.
+/// All results of this worker up to and including `seen_index` have been read: it need not repeat
+/// them. All up to `result_index` are settled for good: it need not keep them.
 struct Acknowledgement {
   WorkerId worker_id = 0;
+  std::int64_t seen_index = 0;
   std::int64_t result_index = 0;
   bool operator==(const Acknowledgement&) const = default;
 };
@@ -86,19 +87,17 @@ struct RolloutResult {
   bool operator==(const RolloutResult&) const = default;
 };
 
-/// W>L: results first_index .. first_index + n - 1 of this worker for this learner, oldest
-/// unacknowledged first, and what it holds of the learner's roll-outs from held_first to held_last.
+/// W>L: results first_index .. first_index + n - 1 of this worker for this learner, and which of
+/// the learner's last batches have come.
 struct RewardBatch {
   WorkerId worker_id = 0;
   LearnerId learner_id = 0;
-  std::int64_t last_batch = 0;   ///< highest sequence received from this learner
-  std::int32_t free_slots = 0;   ///< roll-outs it has room for beyond those it holds
-  std::int64_t first_index = 0;  ///< index of results[0]; 1, 2, ... for each learner
-  std::int64_t last_index = 0;   ///< of its newest result, which may be in a later batch
+  std::int64_t last_batch = 0;        ///< highest sequence received from this learner
+  std::int64_t batches_received = 0;  ///< bit i is set if the batch last_batch - i has come
+  std::int32_t free_slots = 0;        ///< roll-outs it has room for beyond those it holds
+  std::int64_t oldest_index = 0;      ///< results before it are settled, or given up
+  std::int64_t first_index = 0;       ///< index of results[0]; 1, 2, ... for each learner
   std::vector<RolloutResult> results;
-  std::vector<RolloutKey> held;  ///< queued or running or waiting for a definition
-  RolloutKey held_first = kFirstKey;
-  RolloutKey held_last = kLastKey;
   bool operator==(const RewardBatch&) const = default;
 };
 

@@ -14,9 +14,15 @@ namespace treeroll::protocol {
 /// Its status: while it holds roll-outs, and while it does not.
 inline constexpr Duration kBusyHeartbeat = std::chrono::milliseconds(100);
 inline constexpr Duration kIdleHeartbeat = std::chrono::milliseconds(250);
-/// Answers that are not acknowledged are repeated, ever more seldom.
+/// An answer may wait so long for others to go along with, while there is work enough.
+inline constexpr Duration kAnswerDelayMax = std::chrono::milliseconds(4);
+/// Answers that have not been seen are repeated, ever more seldom.
 inline constexpr Duration kRepeatIntervalMin = std::chrono::milliseconds(3);
+/// The first time where the learner's messages are lost too, so that silence is no mere slowness.
+inline constexpr Duration kRepeatIntervalLossy = std::chrono::microseconds(500);
 inline constexpr Duration kRepeatIntervalMax = std::chrono::seconds(1);
+/// The same where all have been seen and some are not on stable storage: the word of that is lost.
+inline constexpr Duration kSettleIntervalMin = std::chrono::milliseconds(100);
 /// Between two requests for what is missing, ever longer; and when roll-outs without it are let go.
 inline constexpr Duration kAskIntervalMin = std::chrono::milliseconds(5);
 inline constexpr Duration kAskIntervalMax = std::chrono::milliseconds(50);
@@ -45,7 +51,10 @@ inline constexpr Duration kLeaseMin = std::chrono::milliseconds(10);
 inline constexpr Duration kHeldLeaseMin = std::chrono::seconds(1);
 /// Between two publications of one piece of a definition, however many workers ask.
 inline constexpr Duration kPublicationPause = std::chrono::milliseconds(4);
-/// How long an accepted result may wait for stable storage, and its worker for the acknowledgement.
+/// How long a worker may wait for the word that its answers have been seen, where no roll-outs for
+/// any worker take it along sooner.
+inline constexpr Duration kSeenDelayMax = std::chrono::milliseconds(1);
+/// How long an accepted result may wait for stable storage; and then its worker for the word of it.
 inline constexpr Duration kSyncPeriod = std::chrono::milliseconds(10);
 /// A learner that ends waits so long for the local worker it has told to end.
 inline constexpr Duration kLocalWorkerGrace = std::chrono::seconds(6);
@@ -65,8 +74,13 @@ static_assert(
     "a roll-out that is held is named again, four losses in between, before its lease ends");
 static_assert(kRepeatIntervalMin < kLeaseMin,
               "an answer that was lost is repeated before its roll-out is asked for again");
-static_assert(kSyncPeriod < kRepeatIntervalMax,
-              "repeating slows down past the time an acknowledgement waits for the disk");
+static_assert(2 * kAnswerDelayMax < kLeaseMin,
+              "a lease outlasts the time an answer waits for others");
+static_assert(2 * kSeenDelayMax < kRepeatIntervalMin,
+              "what has been seen is not repeated before its worker can know");
+static_assert(4 * kSyncPeriod < kSettleIntervalMin,
+              "what waits for the disk is not repeated for that");
+static_assert(kSettleIntervalMin < kRepeatIntervalMax, "both slow down to the same pace");
 static_assert(kPublicationPause < kAskIntervalMin,
               "a piece may be published again by the time it is asked for again");
 static_assert(10 * kAskIntervalMax < kDefinitionWaitMax,

@@ -32,19 +32,19 @@ inline constexpr std::size_t kRequestByNameBytes = rollout_request_bytes(0) + kC
 constexpr std::size_t rollout_result_bytes(std::size_t reason_bytes) {
   return kRolloutKeyBytes + 4 + 8 + 8 + 1 + kCountBytes + 1 + 8 + reason_bytes;
 }
-/// Worker, result.
-inline constexpr std::size_t kAcknowledgementBytes = kIdBytes + kIndexBytes;
+/// Worker, two results.
+inline constexpr std::size_t kAcknowledgementBytes = kIdBytes + 2 * kIndexBytes;
 
 // Messages with empty lists and strings.
 
 /// Learner, sequence, counts of roll-outs and acknowledgements.
 inline constexpr std::size_t kRolloutBatchBytes =
     kFingerprintBytes + kIdBytes + kIndexBytes + 2 * kCountBytes + kMacBytes;
-/// Worker, learner, last batch, free slots, first and last result, counts of results and held ones,
-/// from where to where those are all.
-inline constexpr std::size_t kRewardBatchBytes = kFingerprintBytes + 2 * kIdBytes + kIndexBytes +
-                                                 4 + 2 * kIndexBytes + 2 * kCountBytes +
-                                                 2 * kRolloutKeyBytes + kMacBytes;
+/// Worker, learner, last batch, batches received, free slots, oldest and first result, count of
+/// results.
+inline constexpr std::size_t kRewardBatchBytes = kFingerprintBytes + 2 * kIdBytes +
+                                                 2 * kIndexBytes + 4 + 2 * kIndexBytes +
+                                                 kCountBytes + kMacBytes;
 /// Worker, three names with their NULs, pid, evaluators, free slots, receive buffer, draining, five
 /// counters, count of learners.
 inline constexpr std::size_t kWorkerStatusBytes = kFingerprintBytes + kIdBytes +

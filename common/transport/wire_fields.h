@@ -73,6 +73,7 @@ struct Fields<protocol::Acknowledgement> {
   using Wire = acknowledgement_t;
   static void visit(auto& v, auto& m, auto& w) {
     v.count("worker_id", m.worker_id, w.worker_id);
+    v.count("seen_index", m.seen_index, w.seen_index);
     v.count("result_index", m.result_index, w.result_index);
   }
 };
@@ -113,13 +114,11 @@ struct Fields<protocol::RewardBatch> {
     v.count("worker_id", m.worker_id, w.worker_id);
     v.count("learner_id", m.learner_id, w.learner_id);
     v.bounded("last_batch", m.last_batch, w.last_batch, protocol::kRunningNumberMax);
+    v.integer("batches_received", m.batches_received, w.batches_received);
     v.bounded("free_slots", m.free_slots, w.free_slots, protocol::kHeldPerMessageMax);
+    v.bounded("oldest_index", m.oldest_index, w.oldest_index, protocol::kRunningNumberMax);
     v.bounded("first_index", m.first_index, w.first_index, protocol::kRunningNumberMax);
-    v.bounded("last_index", m.last_index, w.last_index, protocol::kRunningNumberMax);
     v.records("results", m.results, w.num_results, w.results, protocol::kResultsPerBatchMax);
-    v.records("held", m.held, w.num_held, w.held, protocol::kHeldPerMessageMax);
-    v.record("held_first", m.held_first, w.held_first);
-    v.record("held_last", m.held_last, w.held_last);
     v.mac(w.mac);
   }
 };

@@ -132,7 +132,7 @@ void LearnerCore::on(const Turn& turn, const TimerFired&) {
 }
 
 void LearnerCore::on(const Turn& turn, const JournalSynced&) {
-  workforce_.note_sync();
+  workforce_.note_sync(turn.now);
   workforce_.dispatch(turn);
 }
 

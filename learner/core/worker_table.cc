@@ -42,9 +42,8 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
       entry.other_class = left->second.other_class;
       entry.first_heard = left->second.first_heard;
       entry.num_accepted = left->second.num_accepted;
-      entry.highest_index_seen = left->second.highest_index_seen;
-      entry.last_index_read = left->second.last_index_read;
-      entry.last_index_acknowledged = left->second.last_index_acknowledged;
+      entry.results_read = left->second.results_read;
+      entry.last_index_settled = left->second.last_index_settled;
       entry.distrusted = left->second.distrusted;
       left_.erase(left);
     }

@@ -12,6 +12,8 @@
 #include "common/protocol/messages.h"
 #include "common/protocol/timings.h"
 #include "learner/core/hearing.h"
+#include "learner/core/requests_sent.h"
+#include "learner/core/results_read.h"
 #include "learner/core/run_record.h"
 
 namespace treeroll::learner {
@@ -42,9 +44,9 @@ struct WorkerEntry {
   std::map<ContentHash, Refusal> refused;  ///< by definition
   /// From issue to answer, running median; nothing before the first answer.
   std::optional<double> answer_time_s;
-  std::int64_t highest_index_seen = 0;       ///< of its results, looked at
-  std::int64_t last_index_read = 0;          ///< of the results of its newest batch
-  std::int64_t last_index_acknowledged = 0;  ///< the same, and on stable storage
+  ResultsRead results_read;
+  std::int64_t last_index_settled = 0;  ///< all its results up to this one are on stable storage
+  RequestsSent requests_sent;
   std::int64_t num_accepted = 0;
 
   /// It has refused neither.

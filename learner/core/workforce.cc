@@ -62,8 +62,8 @@ void Workforce::receive(const Turn& turn, const protocol::Message& message) {
 
 std::optional<TimePoint> Workforce::next_deadline() const {
   std::optional<TimePoint> next;
-  for (const std::optional<TimePoint> one :
-       {ledger_.next_deadline(), workers_.next_look(), definitions_.next_burst()}) {
+  for (const std::optional<TimePoint> one : {ledger_.next_deadline(), workers_.next_look(),
+                                             definitions_.next_burst(), acknowledge_by_}) {
     if (one && (!next || *one < *next)) next = one;
   }
   return next;
@@ -91,14 +91,14 @@ void Workforce::remind(const Turn& turn) {
   publish_undescribed_tasks(turn.now);
 }
 
-void Workforce::note_sync() {
+void Workforce::note_sync(TimePoint now) {
   num_unsynced_ = 0;
   for (const protocol::WorkerId id : answers_unsynced_) {
     if (WorkerEntry* worker = workers_.find(id)) {
-      worker->last_index_acknowledged = worker->last_index_read;
+      worker->last_index_settled = worker->results_read.last_without_gap();
+      acknowledge(id, now + protocol::kSyncPeriod);
     }
   }
-  acknowledgements_due_.merge(answers_unsynced_);
   answers_unsynced_.clear();
 }
 
@@ -117,18 +117,15 @@ void Workforce::dispatch(const Turn& turn) {
     }
   }
   for (protocol::RolloutRequest& request : requests) detach_theta(turn.now, request);
-  std::vector<protocol::Acknowledgement> acknowledgements;
-  for (const protocol::WorkerId id : acknowledgements_due_) {
-    const WorkerEntry* worker = workers_.find(id);
-    if (worker) acknowledgements.push_back({id, worker->last_index_acknowledged});
-  }
-  acknowledgements_due_.clear();
+  const std::vector<protocol::Acknowledgement> acknowledgements =
+      take_acknowledgements(turn.now, !requests.empty());
   for (protocol::RolloutBatch& batch :
        pack(std::move(requests), acknowledgements, settings_.batch_bytes_max)) {
     batch.learner_id = settings_.learner_id;
     batch.sequence = ++last_batch_;
     for (const protocol::RolloutRequest& request : batch.rollouts) {
       ledger_.set_batch(request.key, request.worker_id, batch.sequence);
+      workers_.find(request.worker_id)->requests_sent.note(batch.sequence, request.key);
     }
     for (const protocol::Acknowledgement& acknowledgement : batch.acknowledgements) {
       workers_.find(acknowledgement.worker_id)->hearing.note_word(turn.now, batch.sequence);
@@ -136,6 +133,30 @@ void Workforce::dispatch(const Turn& turn) {
     turn.effects.emplace_back(SendMessage{std::move(batch)});
   }
   send_definitions(turn);
+}
+
+/// A word to this worker, no later than then.
+void Workforce::acknowledge(protocol::WorkerId id, TimePoint by) {
+  acknowledgements_due_.insert(id);
+  acknowledge_by_ = std::min(acknowledge_by_.value_or(by), by);
+}
+
+/// They wait for roll-outs to go along with, a while. At the end nothing comes to wait for.
+std::vector<protocol::Acknowledgement> Workforce::take_acknowledgements(TimePoint now,
+                                                                        bool goes_along) {
+  std::vector<protocol::Acknowledgement> acknowledgements;
+  if (!acknowledge_by_ || (!goes_along && gives_out_ && now < *acknowledge_by_)) {
+    return acknowledgements;
+  }
+  for (const protocol::WorkerId id : acknowledgements_due_) {
+    if (const WorkerEntry* worker = workers_.find(id)) {
+      acknowledgements.push_back(
+          {id, worker->results_read.last_without_gap(), worker->last_index_settled});
+    }
+  }
+  acknowledgements_due_.clear();
+  acknowledge_by_.reset();
+  return acknowledgements;
 }
 
 void Workforce::send_definitions(const Turn& turn) {
@@ -172,7 +193,7 @@ Ledger::Entry Workforce::close(protocol::RolloutKey key, protocol::WorkerId from
 WorkerEntry* Workforce::hear(const Turn& turn, protocol::WorkerId id) {
   WorkerEntry* worker = workers_.hear(id, turn.now);
   if (worker != nullptr && worker->hearing.greeting_due(turn.now)) {
-    acknowledgements_due_.insert(id);  // it has nothing to acknowledge, perhaps: it is a word to it
+    acknowledge(id, turn.now);  // it has nothing to acknowledge, perhaps: it is a word to it
   }
   if (worker || refuses_workers_) return worker;
   refuses_workers_ = true;
@@ -206,7 +227,9 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
   note_echo(turn, *worker, held == status.held.end() ? 0 : held->last_batch);
   if (held == status.held.end()) return;
   confirm_leases(turn.now, *worker, held->last_batch, held->keys);
-  if (held->last_index <= worker->last_index_read) reconcile(turn.now, *worker, *held);
+  if (held->last_index <= worker->results_read.last_without_gap()) {
+    reconcile(turn.now, *worker, *held);
+  }
 }
 
 /// What it has heard of us: whether it hears us.

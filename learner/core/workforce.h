@@ -65,7 +65,7 @@ class Workforce {
   /// Once a second or so: what is forgotten by then, and what is to be asked again.
   void remind(const Turn& turn);
   /// Only what will survive us may be forgotten by those who have it.
-  void note_sync();
+  void note_sync(TimePoint now);
   /// Gives ready roll-outs to workers, acknowledges their answers, and sends definitions.
   void dispatch(const Turn& turn);
 
@@ -112,6 +112,8 @@ class Workforce {
   void publish_undescribed_tasks(TimePoint now);
   void detach_theta(TimePoint now, protocol::RolloutRequest& request);
   Ledger::Entry close(protocol::RolloutKey key, protocol::WorkerId from = 0);
+  void acknowledge(protocol::WorkerId id, TimePoint by);
+  std::vector<protocol::Acknowledgement> take_acknowledgements(TimePoint now, bool goes_along);
 
   // workforce_answers.cc: what they answer.
   void on(const Turn& turn, const protocol::RewardBatch& batch);
@@ -123,6 +125,8 @@ class Workforce {
   void note_timing(TimePoint now, WorkerEntry& worker, const protocol::RolloutResult& result,
                    const Ledger::Entry& entry);
   bool answers_open_question(const protocol::RolloutResult& result) const;
+  void note_requests(TimePoint now, WorkerEntry& worker, const protocol::RewardBatch& batch);
+  TimePoint lease_end_if_held(TimePoint now, const WorkerEntry& worker) const;
   void confirm_leases(TimePoint now, WorkerEntry& worker, std::int64_t last_batch,
                       const std::vector<protocol::RolloutKey>& held);
   void reconcile(TimePoint now, WorkerEntry& worker, const protocol::HeldRollouts& held);
@@ -140,6 +144,7 @@ class Workforce {
   WorkerTable workers_;
   std::set<protocol::WorkerId> answers_unsynced_;      // have answered what is not yet synced
   std::set<protocol::WorkerId> acknowledgements_due_;  // with the next message
+  std::optional<TimePoint> acknowledge_by_;            // in a message of their own, if none comes
   NumericClasses classes_;
   std::map<protocol::WorkerId, std::string> recovered_classes_;  // of earlier incarnations' workers
   std::int64_t last_batch_ = 0;                 // sequence of the last message sent

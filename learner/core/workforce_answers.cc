@@ -26,29 +26,24 @@ void Workforce::on(const Turn& turn, const protocol::RewardBatch& batch) {
     const std::int64_t index = batch.first_index + static_cast<std::int64_t>(num_read);
     // A repetition is looked at only if it answers what is still open: no index, however wrong,
     // can keep an answer out.
-    if (index <= worker->highest_index_seen && !answers_open_question(result)) continue;
+    if (worker->results_read.contains(index) && !answers_open_question(result)) continue;
     ledger_.forget_copy(result.key, worker->id);
     worker->late = false;
     accept(turn, *worker, result);
-    worker->highest_index_seen = std::max(worker->highest_index_seen, index);
   }
+  worker->results_read.forget_before(batch.oldest_index);
   if (num_read > 0) {
-    worker->last_index_read = batch.first_index + static_cast<std::int64_t>(num_read) - 1;
-    // It repeats what it need not: our word was lost, or an older batch came between.
-    if (num_unsynced_ == 0) worker->last_index_acknowledged = worker->last_index_read;
-    const bool acknowledged = worker->last_index_read == worker->last_index_acknowledged;
-    (acknowledged ? acknowledgements_due_ : answers_unsynced_).insert(worker->id);
+    worker->results_read.note(batch.first_index,
+                              batch.first_index + static_cast<std::int64_t>(num_read) - 1);
   }
+  if (num_unsynced_ == 0) {
+    worker->last_index_settled = worker->results_read.last_without_gap();
+  } else {
+    answers_unsynced_.insert(worker->id);
+  }
+  acknowledge(worker->id, turn.now + protocol::kSeenDelayMax);
   worker->free_slots = batch.free_slots;
-  if (batch.last_index <= worker->last_index_read) {
-    reconcile(turn.now, *worker,
-              {.learner_id = batch.learner_id,
-               .last_batch = batch.last_batch,
-               .last_index = batch.last_index,
-               .keys = batch.held,
-               .first = batch.held_first,
-               .last = batch.held_last});
-  }
+  note_requests(turn.now, *worker, batch);
 }
 
 void Workforce::accept(const Turn& turn, WorkerEntry& worker,
@@ -145,17 +140,47 @@ bool Workforce::answers_open_question(const protocol::RolloutResult& result) con
   return open && open->question.content == result.content;
 }
 
+TimePoint Workforce::lease_end_if_held(TimePoint now, const WorkerEntry& worker) const {
+  const std::size_t num_leased = ledger_.leases_of(worker.id).size();
+  const Duration lease = lease_duration(worker, num_leased, rollout_time_s_);
+  return now + std::max(protocol::kHeldLeaseMin, lease);
+}
+
 /// What it says it holds. Of a lease it cannot have read yet, an old word says nothing.
 void Workforce::confirm_leases(TimePoint now, WorkerEntry& worker, std::int64_t last_batch,
                                const std::vector<protocol::RolloutKey>& held) {
-  const Duration lease =
-      lease_duration(worker, ledger_.leases_of(worker.id).size(), rollout_time_s_);
-  const TimePoint extended = now + std::max(protocol::kHeldLeaseMin, lease);
+  const TimePoint extended = lease_end_if_held(now, worker);
   for (const protocol::RolloutKey key : held) {
     const Ledger::Entry* entry = ledger_.find(key);
     const Ledger::Lease* of_worker = entry ? entry->lease_of(worker.id) : nullptr;
     if (!of_worker || of_worker->batch > last_batch) continue;
     if (ledger_.confirm(key, worker.id, extended)) worker.hearing.note_confirmed();
+  }
+}
+
+/// Which requests have come, and which were lost on the way. A lost one goes back to this worker,
+/// which may have it from an earlier batch, while nothing speaks against the worker.
+void Workforce::note_requests(TimePoint now, WorkerEntry& worker,
+                              const protocol::RewardBatch& batch) {
+  const RequestsSent::Report report =
+      worker.requests_sent.take(batch.last_batch, batch.batches_received);
+  const auto lease_of = [&](const RequestsSent::Request& request) -> const Ledger::Lease* {
+    const Ledger::Entry* entry = ledger_.find(request.key);
+    const Ledger::Lease* lease = entry ? entry->lease_of(worker.id) : nullptr;
+    return lease && lease->batch == request.batch ? lease
+                                                  : nullptr;  // else answered or asked again
+  };
+  const TimePoint extended = lease_end_if_held(now, worker);
+  for (const RequestsSent::Request& request : report.arrived) {
+    if (!lease_of(request)) continue;
+    if (ledger_.confirm(request.key, worker.id, extended)) worker.hearing.note_confirmed();
+  }
+  for (const RequestsSent::Request& request : report.lost) {
+    const Ledger::Lease* found = lease_of(request);
+    if (!found) continue;
+    const Ledger::Lease lost = *found;
+    ledger_.take_back(request.key, worker.id);
+    if (!lost.confirmed) note_lost(now, worker.id, lost.issued_at);
   }
 }
 

@@ -56,7 +56,8 @@ class FakeWorker {
                                                       refusal.empty() ? description : refusal});
     } else if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
       const bool is_first = last_batch_ == 0;
-      last_batch_ = std::max(last_batch_, batch->sequence);
+      received_ = received_ << (batch->sequence - last_batch_) | 1;  // they come in order
+      last_batch_ = batch->sequence;
       if (is_first) replies.emplace_back(status(batch->learner_id));
       for (const protocol::Acknowledgement& ack : batch->acknowledgements) {
         if (ack.worker_id != id_) continue;
@@ -102,9 +103,9 @@ class FakeWorker {
     batch.last_batch = last_batch_;
     batch.free_slots = 64 - static_cast<int>(held_.size());
     batch.first_index = first_index_;
-    batch.last_index = last_index();
+    batch.batches_received = received_;
+    batch.oldest_index = first_index_;
     batch.results.assign(unacknowledged_.begin(), unacknowledged_.end());
-    batch.held = held_keys();
     return batch;
   }
 
@@ -144,6 +145,7 @@ class FakeWorker {
   std::deque<protocol::RolloutResult> unacknowledged_;
   std::int64_t first_index_ = 1;
   std::int64_t last_batch_ = 0;
+  std::int64_t received_ = 0;
   TimePoint busy_until_;
 };
 

@@ -400,6 +400,7 @@ TEST(LearnerCoreTest, AcknowledgesARepetitionThoughAnOlderBatchCameBeforeTheDisk
     core.step(TimePoint{}, InboxDrained{}, effects);
   };
   core.step(TimePoint{}, Started{}, effects);
+  core.step(TimePoint{}, RecoveryFinished{}, effects);
   give(worker.status(Cluster::kLearner));
   for (std::size_t place = 0; place < messages_in(effects).size(); ++place) {
     const protocol::Message message = messages_in(effects)[place];
@@ -413,12 +414,103 @@ TEST(LearnerCoreTest, AcknowledgesARepetitionThoughAnOlderBatchCameBeforeTheDisk
   core.step(TimePoint{}, JournalSynced{}, effects);
   effects = {};
   give(both);
+  EXPECT_TRUE(messages_in(effects).empty()) << "roll-outs may come to go along with";
+  core.step(TimePoint(milliseconds(1)), TimerFired{}, effects);
   const std::vector<protocol::Message> sent = messages_in(effects);
   ASSERT_FALSE(sent.empty());
   const auto* batch = std::get_if<protocol::RolloutBatch>(&sent.back());
   ASSERT_NE(batch, nullptr);
   ASSERT_EQ(batch->acknowledgements.size(), 1U);
+  EXPECT_EQ(batch->acknowledgements[0].seen_index, 2);
   EXPECT_EQ(batch->acknowledgements[0].result_index, 2);
+}
+
+/// A learner and one worker's messages to it, by hand.
+class AnswersTest : public ::testing::Test {
+ protected:
+  AnswersTest() {
+    const Study study = small_study(10, 4);
+    LearnerSettings settings;
+    settings.learner_id = Cluster::kLearner;
+    settings.batch_bytes_max = 60000;
+    settings.known_tasks[study.conditions[0].task_content] = TaskDescription{1, 1, 0, 1, 10, true};
+    core_.emplace(study, settings);
+    step(Started{});
+    step(RecoveryFinished{});
+    hear(worker_.status(Cluster::kLearner));
+    for (std::size_t place = 0; place < messages_in(effects_).size(); ++place) {
+      const protocol::Message message = messages_in(effects_)[place];
+      for (const protocol::Message& reply : worker_.receive(message, now_)) hear(reply);
+    }
+  }
+
+  void step(const Event& event) { core_->step(now_, event, effects_); }
+  void hear(const protocol::Message& message) {
+    step(MessageReceived{message});
+    step(InboxDrained{});
+  }
+  /// The last word to the worker, one that was due by then.
+  protocol::Acknowledgement word() {
+    now_ += milliseconds(20);
+    step(TimerFired{});
+    std::optional<protocol::Acknowledgement> last;
+    for (const protocol::Message& message : messages_in(effects_)) {
+      const auto* batch = std::get_if<protocol::RolloutBatch>(&message);
+      if (batch && !batch->acknowledgements.empty()) last = batch->acknowledgements.back();
+    }
+    return last.value_or(protocol::Acknowledgement{});
+  }
+  /// An answer by itself, under its index.
+  protocol::RewardBatch answer() {
+    protocol::RewardBatch batch = worker_.finish(Cluster::kLearner, now_);
+    batch.first_index += static_cast<std::int64_t>(batch.results.size()) - 1;
+    batch.results.erase(batch.results.begin(), batch.results.end() - 1);
+    return batch;
+  }
+
+  TimePoint now_{};
+  FakeWorker worker_{1, milliseconds(1)};
+  std::optional<LearnerCore> core_;
+  Effects effects_;
+};
+
+TEST_F(AnswersTest, AreSeenAtOnceAndSettledOnceTheyAreOnStableStorage) {
+  hear(answer());
+  EXPECT_EQ(word(), (protocol::Acknowledgement{1, 1, 0}));
+  step(JournalSynced{});
+  EXPECT_EQ(word(), (protocol::Acknowledgement{1, 1, 1}));
+}
+
+TEST_F(AnswersTest, PastAGapAreAcceptedAndNotSaidToBeSeen) {
+  const protocol::RewardBatch lost = answer();
+  hear(answer());
+  EXPECT_EQ(results_in(effects_).size(), 1U);
+  step(JournalSynced{});
+  EXPECT_EQ(word(), (protocol::Acknowledgement{1, 0, 0}));
+  hear(lost);
+  EXPECT_EQ(results_in(effects_).size(), 2U);
+  step(JournalSynced{});
+  EXPECT_EQ(word(), (protocol::Acknowledgement{1, 2, 2})) << "the second need not come again";
+}
+
+TEST_F(AnswersTest, ThatItsWorkerGivesNoMoreAreNotWaitedFor) {
+  answer();
+  protocol::RewardBatch second = answer();
+  second.oldest_index = 2;
+  hear(second);
+  step(JournalSynced{});
+  EXPECT_EQ(word(), (protocol::Acknowledgement{1, 2, 2}));
+}
+
+TEST_F(AnswersTest, SayWhichRequestsWereLostAndTheseAreIssuedAgainAtOnce) {
+  ASSERT_GE(core_->counters().issued, 4);
+  const std::int64_t reissued_before = core_->counters().reissued;
+  protocol::RewardBatch first = answer();
+  protocol::RewardBatch with_loss = first;
+  with_loss.last_batch += 10;
+  with_loss.batches_received = 1;  // none of those with its requests
+  hear(with_loss);
+  EXPECT_GE(core_->counters().reissued, reissued_before + 1);
 }
 
 TEST(LearnerCoreTest, PublishesADefinitionAgainForAWorkerThatLacksIt) {

@@ -34,6 +34,8 @@ class Observer {
   using Question = std::pair<protocol::RolloutKey, std::int64_t>;  ///< with its content
   std::map<std::pair<protocol::WorkerId, protocol::LearnerId>, std::map<std::int64_t, Question>>
       answers;
+  /// The last index up to which they were said to be settled.
+  std::map<std::pair<protocol::WorkerId, protocol::LearnerId>, std::int64_t> settled;
 
  private:
   const Schedule& schedule_;

@@ -306,6 +306,12 @@ void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
   }
   for (const protocol::Acknowledgement& acknowledgement : batch.acknowledgements) {
     greeted_.try_emplace(acknowledgement.worker_id, batch.sequence);
+    observer_.require(acknowledgement.seen_index <= heard_[acknowledgement.worker_id].arrived.last,
+                      "an answer is said to be seen that has not arrived");
+    observer_.require(acknowledgement.result_index <= acknowledgement.seen_index,
+                      "an answer is settled before it is seen");
+    std::int64_t& settled = observer_.settled[{acknowledgement.worker_id, id_}];
+    settled = std::max(settled, acknowledgement.result_index);
     auto& answers = observer_.answers[{acknowledgement.worker_id, id_}];
     while (!answers.empty() && answers.begin()->first <= acknowledgement.result_index) {
       observer_.require(synced_.contains(answers.begin()->second),
@@ -341,7 +347,22 @@ void SimulatedLearner::check_counters() {
   observer_.num_reissued += counters.reissued - std::exchange(num_reissued_, counters.reissued);
 }
 
+void SimulatedLearner::Heard::Indices::take(const protocol::RewardBatch& batch, bool with_results) {
+  for (std::size_t i = 0; with_results && i < batch.results.size(); ++i) {
+    past_gap.insert(batch.first_index + static_cast<std::int64_t>(i));
+  }
+  last = std::max(last, batch.oldest_index - 1);
+  while (!past_gap.empty() && *past_gap.begin() <= last + 1) {
+    last = std::max(last, *past_gap.begin());
+    past_gap.erase(past_gap.begin());
+  }
+}
+
 void SimulatedLearner::hear(const protocol::Message& message) {
+  if (const auto* batch = std::get_if<protocol::RewardBatch>(&message);
+      batch && batch->learner_id == id_) {
+    heard_[batch->worker_id].arrived.take(*batch, true);  // also when it was the last one
+  }
   if (dead_ || core_.outcome() != learner::LearnerCore::Outcome::kRunning) return;
   if (const auto* status = std::get_if<protocol::WorkerStatus>(&message)) {
     heard_[status->worker_id].time = schedule_.now();
@@ -350,9 +371,7 @@ void SimulatedLearner::hear(const protocol::Message& message) {
     if (batch->learner_id != id_) return;
     Heard& heard = heard_[batch->worker_id];
     heard.time = schedule_.now();
-    if (batch->results.empty()) return;
-    heard.last_result = batch->first_index + static_cast<std::int64_t>(batch->results.size()) - 1;
-    if (lag() >= scenario_.unsynced_results_max) heard.last_result = 0;  // some may be unread
+    heard.surely_read.take(*batch, lag() < scenario_.unsynced_results_max);
   } else if (const auto* request = std::get_if<protocol::DefinitionRequest>(&message)) {
     if (request->learner_id == id_) heard_[request->worker_id].time = schedule_.now();
   } else if (const auto* report = std::get_if<protocol::DefinitionReport>(&message)) {
@@ -369,7 +388,7 @@ void SimulatedLearner::check_lost_requests(const protocol::WorkerStatus& status)
   if (greeted != greeted_.end() && held->last_batch >= greeted->second) {
     hearing_.insert(status.worker_id);
   }
-  if (held->last_index > heard_[status.worker_id].last_result) return;
+  if (held->last_index > heard_[status.worker_id].surely_read.last) return;
   for (const protocol::RolloutKey key : open_) {
     if (key < held->first || key > held->last) continue;
     const learner::Ledger::Entry* entry = core_.ledger().find(key);

@@ -81,8 +81,15 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   };
   /// What this learner has read of a worker.
   struct Heard {
+    /// Of results: all up to `last`, and those past a gap.
+    struct Indices {
+      std::int64_t last = 0;
+      std::set<std::int64_t> past_gap;
+      void take(const protocol::RewardBatch& batch, bool with_results);
+    };
     TimePoint time;
-    std::int64_t last_result = 0;  ///< index
+    Indices arrived;
+    Indices surely_read;  ///< not those that arrived while the journal lagged
   };
 
   const Scenario& scenario_;

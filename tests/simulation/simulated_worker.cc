@@ -192,6 +192,9 @@ void SimulatedWorker::note_answers(const protocol::RewardBatch& batch) {
     observer_.require(is_new || place->second == question,
                       "a worker gives one index to two answers");
   }
+  observer_.require(
+      batch.oldest_index <= observer_.settled[{settings_.worker_id, batch.learner_id}] + 1,
+      "a worker drops an answer that is not settled");
   observer_.require(batch.free_slots >= 0, "a worker holds more than it has room for");
 }
 

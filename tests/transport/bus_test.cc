@@ -187,8 +187,8 @@ TEST(BusTest, WhatAReceiverWouldRefuseIsNotSentAndSaidSo) {
   const std::string url = loopback_url(7);
   Listener bus(loop, url, kEveryChannel);
   protocol::RewardBatch too_large;
-  too_large.results.assign(1024, {});
-  too_large.held.assign(4096, {});
+  const Outcome failed = Outcome::failed(RolloutStatus::kFailed, std::string(40, 'x'));
+  too_large.results.assign(1024, {.key = {1, 2}, .outcome = failed});
   bus.bus->publish(too_large);
   EXPECT_EQ(bus.bus->statistics().num_unsent, 1);
   EXPECT_THAT(bus.bus->statistics().last_publish_error,
@@ -208,8 +208,8 @@ TEST(BusTest, TheLargestMessageOfALimitedSizeGoesThrough) {
   const std::string url = loopback_url(8);
   Listener bus(loop, url, kEveryChannel);
   protocol::RewardBatch batch;
-  batch.held.assign(protocol::kHeldPerMessageMax, {1, 2});
-  batch.results.resize(760);
+  const Outcome failed = Outcome::failed(RolloutStatus::kFailed, std::string(21, 'x'));
+  batch.results.assign(1024, {.key = {1, 2}, .outcome = failed});
   bus.bus->publish(batch);
   ASSERT_TRUE(run_until(loop, [&] { return !bus.received.empty(); }))
       << bus.bus->statistics().last_publish_error;

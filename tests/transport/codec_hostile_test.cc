@@ -189,11 +189,8 @@ TEST(CodecHostileTest, EveryCountIsHeldToItsLimit) {
        Writer(Channel::kRolloutBatch).i64(1).i64(1).i32(0).bytes(),
        protocol::kAcknowledgementsPerBatchMax},
       {"reward_batch.results", Channel::kRewardBatch,
-       Writer(Channel::kRewardBatch).i64(1).i64(1).i64(1).i32(1).i64(1).i64(1).bytes(),
+       Writer(Channel::kRewardBatch).i64(1).i64(1).i64(1).i64(1).i32(1).i64(1).i64(1).bytes(),
        protocol::kResultsPerBatchMax},
-      {"reward_batch.held", Channel::kRewardBatch,
-       Writer(Channel::kRewardBatch).i64(1).i64(1).i64(1).i32(1).i64(1).i64(1).i32(0).bytes(),
-       kHeldPerMessageMax},
       {"worker_status.held", Channel::kWorkerStatus, status.bytes(),
        protocol::kLearnersPerStatusMax},
       {"worker_status.held[0].keys", Channel::kWorkerStatus, nested.bytes(), kHeldPerMessageMax},
@@ -332,8 +329,9 @@ TEST(CodecHostileTest, AMessageOfAnotherVersionIsRefusedAsSuch) {
 
 TEST(CodecHostileTest, AMessagePastTheSizeLimitIsRefused) {
   protocol::RewardBatch batch;
-  batch.results.assign(1024, {});
-  batch.held.assign(4096, {});
+  protocol::RolloutResult result;
+  result.outcome = Outcome::failed(RolloutStatus::kFailed, std::string(40, 'x'));
+  batch.results.assign(1024, result);
   EXPECT_THAT(refused(Channel::kRewardBatch, encode(batch)),
               HasSubstr("bytes are more than 65000"));
 }

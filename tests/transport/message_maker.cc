@@ -71,7 +71,7 @@ RolloutBatch MessageMaker::rollout_batch() {
   m.sequence = up_to<std::int64_t>(kRunningNumberMax);
   m.rollouts = list(5, [this] { return request(); });
   m.acknowledgements = list(3, [this] {
-    return Acknowledgement{count<std::int64_t>(), count<std::int64_t>()};
+    return Acknowledgement{count<std::int64_t>(), count<std::int64_t>(), count<std::int64_t>()};
   });
   return m;
 }
@@ -81,13 +81,11 @@ RewardBatch MessageMaker::reward_batch() {
   m.worker_id = count<std::int64_t>();
   m.learner_id = count<std::int64_t>();
   m.last_batch = up_to<std::int64_t>(kRunningNumberMax);
+  m.batches_received = up_to<std::int64_t>(INT64_MAX);
   m.free_slots = up_to<std::int32_t>(kHeldPerMessageMax);
+  m.oldest_index = up_to<std::int64_t>(kRunningNumberMax);
   m.first_index = up_to<std::int64_t>(kRunningNumberMax);
-  m.last_index = up_to<std::int64_t>(kRunningNumberMax);
   m.results = list(5, [this] { return result(); });
-  m.held = list(5, [this] { return key(); });
-  m.held_first = key();
-  m.held_last = key();
   return m;
 }
 

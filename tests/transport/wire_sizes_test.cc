@@ -58,9 +58,7 @@ TEST(WireSizesTest, AStatusGrowsByWhatIsHeld) {
 TEST(WireSizesTest, ARewardBatchGrowsByItsParts) {
   protocol::RewardBatch batch;
   batch.results.resize(3);
-  batch.held.resize(5);
-  const std::size_t size = protocol::kRewardBatchBytes + 3 * protocol::rollout_result_bytes(0) +
-                           5 * protocol::kRolloutKeyBytes;
+  const std::size_t size = protocol::kRewardBatchBytes + 3 * protocol::rollout_result_bytes(0);
   EXPECT_EQ(size_of(batch), size);
   batch.results[1].outcome = Outcome::failed(RolloutStatus::kFailed, "reason");
   EXPECT_EQ(size_of(batch), size + 6);

@@ -80,8 +80,8 @@ void LearnerStandIn::ask(int first, int num) {
 }
 
 void LearnerStandIn::acknowledge() {
-  bus_->publish(
-      protocol::RolloutBatch{kLearner, ++sequence_, {}, {{status->worker_id, last_index_}}});
+  bus_->publish(protocol::RolloutBatch{
+      kLearner, ++sequence_, {}, {{status->worker_id, last_index_, last_index_}}});
 }
 
 const protocol::RolloutResult* LearnerStandIn::result(int number) const {

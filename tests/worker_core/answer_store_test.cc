@@ -21,8 +21,8 @@ TEST(AnswerStoreTest, NumbersResultsFromOneForEachLearner) {
   store.add(2, result(4));
   EXPECT_EQ(store.last_index(1), 2);
   EXPECT_EQ(store.last_index(2), 1);
-  EXPECT_EQ(store.unacknowledged(1, 999).size(), 2U);
-  EXPECT_EQ(store.unacknowledged(1, 1).front().key.number, 4);
+  EXPECT_EQ(store.from(1, store.first_index(1), 999).size(), 2U);
+  EXPECT_EQ(store.from(1, 1, 1).front().key.number, 4);
 }
 
 TEST(AnswerStoreTest, AcknowledgesAllUpToAnIndexAndNothingTwice) {
@@ -40,11 +40,11 @@ TEST(AnswerStoreTest, AcknowledgesAllUpToAnIndexAndNothingTwice) {
 TEST(AnswerStoreTest, RepeatsUnderANewIndexOnlyWhatWasAcknowledged) {
   AnswerStore store(10);
   store.add(1, result(3));
-  EXPECT_TRUE(store.repeat(1, {0, 3}, 0, 4));
+  EXPECT_EQ(store.repeat(1, {0, 3}, 0, 4), 1);
   EXPECT_EQ(store.last_index(1), 1);
-  EXPECT_EQ(store.unacknowledged(1, 999).front().attempt, 4);
+  EXPECT_EQ(store.from(1, store.first_index(1), 999).front().attempt, 4);
   store.acknowledge(1, 1);
-  EXPECT_TRUE(store.repeat(1, {0, 3}, 0, 5));
+  EXPECT_EQ(store.repeat(1, {0, 3}, 0, 5), 2);
   EXPECT_EQ(store.last_index(1), 2);
   EXPECT_FALSE(store.repeat(1, {0, 3}, 1, 5)) << "another content is another question";
   EXPECT_FALSE(store.repeat(2, {0, 3}, 0, 5)) << "another learner has not asked";
@@ -61,7 +61,7 @@ TEST(AnswerStoreTest, DropsTheOldestAcknowledgedFirst) {
   store.add(1, result(4));  // none acknowledged: the oldest goes, the row has no gap
   EXPECT_EQ(store.size(), 2U);
   EXPECT_EQ(store.first_index(1), 2);
-  EXPECT_EQ(store.unacknowledged(1, 999).size(), 2U);
+  EXPECT_EQ(store.from(1, store.first_index(1), 999).size(), 2U);
 }
 
 TEST(AnswerStoreTest, RemembersHowFarItCountedForSomeThousandLearnersThatAreGone) {

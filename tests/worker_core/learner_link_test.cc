@@ -14,37 +14,37 @@ class LearnerLinkTest : public ::testing::Test {
   LearnerLink link_{settings_, 3};
 };
 
-TEST_F(LearnerLinkTest, WhatWasAnsweredBeforeItWasMetIsNotDue) {
-  EXPECT_FALSE(link_.answers_due(3));
-  EXPECT_TRUE(link_.answers_due(4));
-  link_.want_answers();
-  EXPECT_TRUE(link_.answers_due(3));
-  link_.on_sent(now_, 3);
-  EXPECT_FALSE(link_.answers_due(3));
-}
-
-TEST_F(LearnerLinkTest, RepeatsEverMoreSeldomUntilSomethingIsAcknowledged) {
+TEST_F(LearnerLinkTest, RepeatsEverMoreSeldomUntilSomethingIsSeen) {
   link_.hear(now_);
-  link_.on_sent(now_, 4);
+  link_.on_sent(now_, 5);
   EXPECT_EQ(link_.next_deadline(), now_ + settings_.repeat_interval_min);
-  for (int i = 0; i < 20; ++i) {
-    link_.back_off(4);
-    link_.on_sent(now_, 4);
-  }
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(link_.begin_repetition(now_, 1), 4);
   EXPECT_EQ(link_.next_deadline(), now_ + settings_.repeat_interval_max);
-  link_.on_acknowledged(now_, true);
+  link_.on_acknowledged(now_, 4, true, false);
   EXPECT_EQ(link_.next_deadline(), now_ + settings_.repeat_interval_min);
-  link_.on_acknowledged(now_, false);
+  EXPECT_EQ(link_.begin_repetition(now_, 1), 5);
+  link_.on_acknowledged(now_, 5, true, false);
+  EXPECT_EQ(link_.next_deadline(), now_ + settings_.settle_interval_min);
+  EXPECT_EQ(link_.begin_repetition(now_, 3), 3) << "all are seen, the oldest is not settled";
+  link_.on_acknowledged(now_, 5, false, true);
   EXPECT_EQ(link_.next_deadline(), now_ + settings_.learner_gone);
   link_.give_up();
   EXPECT_EQ(link_.next_deadline(), now_ + settings_.learner_silence_max);
 }
 
-TEST_F(LearnerLinkTest, DoesNotBackOffWhileAnswersWaitForRoom) {
+TEST_F(LearnerLinkTest, WhatIsNewDoesNotPutOffTheRepetitionOfWhatWasSentBefore) {
   link_.on_sent(now_, 4);
-  link_.back_off(9);
-  link_.on_sent(now_, 4);
+  link_.on_sent(now_ + settings_.repeat_interval_min / 2, 5);
   EXPECT_TRUE(link_.repetition_due(now_ + settings_.repeat_interval_min));
+}
+
+TEST_F(LearnerLinkTest, AWordAboutWhatWasNeverSentSaysNothingBeyondTheLast) {
+  link_.on_sent(now_, 4);
+  link_.on_acknowledged(now_, 1'000'000, true, false);
+  link_.on_sent(now_, 5);
+  EXPECT_EQ(link_.begin_repetition(now_, 1), 5);
+  link_.on_acknowledged(now_, 2, true, false);
+  EXPECT_EQ(link_.begin_repetition(now_, 1), 5) << "what was seen stays seen";
 }
 
 TEST_F(LearnerLinkTest, AsksAtOnceForWhatIsNewAndAgainForWhatHasNotCome) {

@@ -112,7 +112,11 @@ class Stage {
   }
 
   void acknowledge(std::int64_t index, protocol::LearnerId learner = kLearner) {
-    step(MessageReceived{protocol::RolloutBatch{learner, ++sequence, {}, {{kMe, index}}}});
+    step(MessageReceived{protocol::RolloutBatch{learner, ++sequence, {}, {{kMe, index, index}}}});
+  }
+  /// The learner has read all up to here, and they are not on stable storage yet.
+  void see(std::int64_t index, protocol::LearnerId learner = kLearner) {
+    step(MessageReceived{protocol::RolloutBatch{learner, ++sequence, {}, {{kMe, index, 0}}}});
   }
 
   /// The evaluator finishes what it runs.

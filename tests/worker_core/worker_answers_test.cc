@@ -12,8 +12,7 @@ using ::testing::SizeIs;
 
 /// What a batch takes on the wire.
 std::size_t transport_bytes(const RewardBatch& batch) {
-  std::size_t bytes = protocol::kFrameBytesMax + protocol::kRewardBatchBytes +
-                      protocol::kRolloutKeyBytes * batch.held.size();
+  std::size_t bytes = protocol::kFrameBytesMax + protocol::kRewardBatchBytes;
   for (const protocol::RolloutResult& result : batch.results) {
     bytes += protocol::rollout_result_bytes(result.outcome.reason().size());
   }
@@ -34,7 +33,8 @@ TEST(WorkerAnswersTest, EvaluatesARolloutAndAnswersOnce) {
   EXPECT_EQ(batches[0].last_batch, 1);
   EXPECT_EQ(batches[0].first_index, 1);
   EXPECT_EQ(batches[0].free_slots, 64);
-  EXPECT_THAT(batches[0].held, IsEmpty());
+  EXPECT_EQ(batches[0].oldest_index, 1);
+  EXPECT_EQ(batches[0].batches_received, 1);
   ASSERT_THAT(batches[0].results, SizeIs(1));
   const protocol::RolloutResult expected{
       .key = {0, 7}, .attempt = 2, .content = 99, .outcome = Outcome::ok(.25), .duration_ns = 1000};
@@ -139,39 +139,134 @@ TEST(WorkerAnswersTest, RepeatsUnacknowledgedAnswersEverMoreSeldom) {
   EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
 }
 
-TEST(WorkerAnswersTest, StartsABatchWithTheOldestUnacknowledgedAnswer) {
+/// Indices of the results of each batch sent since the last clear(): first and last.
+std::vector<std::pair<std::int64_t, std::int64_t>> stretches(const Stage& stage) {
+  std::vector<std::pair<std::int64_t, std::int64_t>> all;
+  for (const RewardBatch& batch : stage.sent<RewardBatch>()) {
+    const auto num_results = static_cast<std::int64_t>(batch.results.size());
+    all.emplace_back(batch.first_index, batch.first_index + num_results - 1);
+  }
+  return all;
+}
+using Stretches = std::vector<std::pair<std::int64_t, std::int64_t>>;
+
+TEST(WorkerAnswersTest, SendsEachAnswerOnceAndRepeatsOnlyWhatHasNotBeenSeen) {
   Stage stage;
   stage.define();
   for (int i = 1; i <= 3; ++i) {
     stage.ask({stage.request(i)});
     stage.finish(0);
   }
-  EXPECT_EQ(stage.sent<RewardBatch>().back().first_index, 1);
-  EXPECT_THAT(stage.sent<RewardBatch>().back().results, SizeIs(3));
-  stage.acknowledge(2);
-  stage.ask({stage.request(4)});
-  stage.finish(0);
-  EXPECT_EQ(stage.sent<RewardBatch>().back().first_index, 3);
-  EXPECT_THAT(stage.sent<RewardBatch>().back().results, SizeIs(2));
+  EXPECT_EQ(stretches(stage), (Stretches{{1, 1}, {2, 2}, {3, 3}}));
+  stage.clear();
+  stage.see(2);
+  stage.pass(3ms);
+  EXPECT_EQ(stretches(stage), (Stretches{{3, 3}}));
+  EXPECT_EQ(stage.sent<RewardBatch>().back().oldest_index, 1) << "none is on stable storage";
+  stage.see(3);
+  stage.clear();
+  stage.pass(90ms);
+  EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
 }
 
-TEST(WorkerAnswersTest, KeepsToItsByteBudgetAndMovesOnAsAnswersAreAcknowledged) {
+TEST(WorkerAnswersTest, AsksForTheWordThatAnswersAreOnStableStorageByRepeatingThem) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1), stage.request(2)});
+  stage.finish(0);
+  stage.finish(0);
+  stage.see(2);
+  stage.clear();
+  stage.pass(100ms);
+  EXPECT_EQ(stretches(stage), (Stretches{{1, 2}})) << "the word may have been lost";
+  stage.pass(200ms);
+  EXPECT_THAT(stage.sent<RewardBatch>(), SizeIs(2)) << "ever more seldom";
+  stage.acknowledge(2);
+  stage.clear();
+  stage.pass(5s);
+  EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
+}
+
+TEST(WorkerAnswersTest, NewAnswersWaitForNoAcknowledgementHoweverSmallAFrame) {
   Stage stage(1, [](WorkerSettings& s) { s.batch_bytes_max = protocol::kBatchBytesRemoteMax; });
   stage.define();
   for (int i = 0; i < 60; ++i) {
     stage.ask({stage.request(i)});
     stage.finish(0);
   }
-  const auto before = stage.sent<RewardBatch>();
-  const auto num_window = static_cast<std::int64_t>(before.back().results.size());
-  EXPECT_LE(num_window * 42, 1400);
-  EXPECT_GE(num_window, 16);
-  EXPECT_THAT(before, SizeIs(static_cast<std::size_t>(num_window)))
-      << "what does not fit is not a reason to repeat the rest";
+  ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(60));
+  EXPECT_EQ(stretches(stage).back(), std::pair(std::int64_t{60}, std::int64_t{60}));
+}
+
+TEST(WorkerAnswersTest, RepeatsInAFewFramesAtATimeWhatHasBeenMissed) {
+  Stage stage(1, [](WorkerSettings& s) { s.batch_bytes_max = protocol::kBatchBytesRemoteMax; });
+  stage.define();
+  for (int i = 0; i < 500; ++i) {
+    stage.ask({stage.request(i)});
+    stage.give(RolloutEvaluated{0, stage.job(0), {.5, RolloutStatus::kOk}, 1});
+    stage.step(InboxDrained{});
+  }
+  stage.pass(5s);
   stage.clear();
-  stage.acknowledge(num_window);
+  stage.pass(1s);
+  const Stretches repeated = stretches(stage);
+  ASSERT_THAT(repeated, SizeIs(4));
+  EXPECT_EQ(repeated[0].first, 1);
+  for (std::size_t i = 1; i < repeated.size(); ++i) {
+    EXPECT_EQ(repeated[i].first, repeated[i - 1].second + 1);
+    EXPECT_GE(repeated[i].second - repeated[i].first, 15);
+  }
+  for (const RewardBatch& batch : stage.sent<RewardBatch>()) {
+    EXPECT_LE(transport_bytes(batch), protocol::kBatchBytesRemoteMax);
+  }
+  stage.see(repeated.back().second);
+  stage.clear();
+  stage.pass(3ms);
+  ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(4)) << "at once after a word that moves them";
+  EXPECT_EQ(stage.sent<RewardBatch>()[0].first_index, repeated.back().second + 1);
+}
+
+TEST(WorkerAnswersTest, AQuestionThatComesAgainBringsItsAnswerAgainAtOnce) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1), stage.request(2), stage.request(3)});
+  for (int i = 0; i < 3; ++i) stage.finish(0);
+  stage.see(3);
+  stage.clear();
+  stage.ask({stage.request(2, 1)});
   ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(1));
-  EXPECT_EQ(stage.sent<RewardBatch>()[0].first_index, num_window + 1);
+  EXPECT_EQ(stage.sent<RewardBatch>()[0].first_index, 2);
+  EXPECT_EQ(stage.sent<RewardBatch>()[0].results[0].attempt, 1);
+}
+
+TEST(WorkerAnswersTest, SaysWhichOfTheLastBatchesHaveCome) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.sequence = 4;  // three are lost
+  stage.ask({stage.request(2)});
+  stage.finish(0);
+  EXPECT_EQ(stage.sent<RewardBatch>().back().last_batch, 5);
+  EXPECT_EQ(stage.sent<RewardBatch>().back().batches_received, 0b10001);
+  stage.sequence = 2;  // one of them was only late
+  stage.ask({});
+  stage.finish(0);
+  EXPECT_EQ(stage.sent<RewardBatch>().back().last_batch, 5);
+  EXPECT_EQ(stage.sent<RewardBatch>().back().batches_received, 0b10101);
+}
+
+TEST(WorkerAnswersTest, ItsStatusFollowsAllAnswersThatItDoesNotHoldAnyMore) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.clear();
+  stage.now += 250ms;
+  stage.give(RolloutEvaluated{0, stage.job(0), {.5, RolloutStatus::kOk}, 1});
+  stage.give(TimerFired{});
+  ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(1));
+  const auto& effects = stage.effects<SendMessage>();
+  EXPECT_TRUE(std::holds_alternative<RewardBatch>(effects.at(0).message));
+  EXPECT_TRUE(std::holds_alternative<protocol::WorkerStatus>(effects.at(1).message));
 }
 
 TEST(WorkerAnswersTest, AnswersWithLongReasonsKeepToTheByteBudgetToo) {
@@ -184,7 +279,9 @@ TEST(WorkerAnswersTest, AnswersWithLongReasonsKeepToTheByteBudgetToo) {
     stage.give(RolloutEvaluated{0, stage.job(0), failed, 1});
     stage.step(InboxDrained{});
   }
-  const RewardBatch last = stage.sent<RewardBatch>().back();
+  stage.clear();
+  stage.pass(3ms);
+  const RewardBatch last = stage.sent<RewardBatch>().at(0);
   EXPECT_EQ(last.results.front().outcome, failed);
   EXPECT_GE(last.results.size(), 3U);
   EXPECT_LE(transport_bytes(last), protocol::kBatchBytesRemoteMax);
@@ -207,38 +304,68 @@ TEST(WorkerAnswersTest, ADiscardedTrialIsAnAnswerAndItsRepetitionIsSimulated) {
   EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().outcome, Outcome::ok(.5));
 }
 
-TEST(WorkerAnswersTest, AnswersThatFindNoRoomMakeNoHasteWhileNoWordComes) {
-  Stage stage(1, [](WorkerSettings& s) { s.batch_bytes_max = protocol::kBatchBytesRemoteMax; });
+TEST(WorkerAnswersTest, GathersAnswersWhileItHasWorkForLongAndNotWhenItRunsDry) {
+  Stage stage;
   stage.define();
-  for (int i = 0; i < 60; ++i) {
-    stage.ask({stage.request(i)});
-    stage.finish(0);
-  }
-  stage.clear();
-  // Its learner has died or stalls. Heartbeats and evaluators go on, and so do the inbox's rounds.
-  for (int i = 0; i < 20'000; ++i) {
+  std::vector<protocol::RolloutRequest> requests;
+  for (int i = 0; i < 60; ++i) requests.push_back(stage.request(i));
+  stage.ask(requests);
+  const auto finish = [&stage] {
     stage.pass(1ms);
-    stage.step(InboxDrained{});
-  }
-  EXPECT_LE(stage.sent<RewardBatch>().size(), 40U);
-  EXPECT_GE(stage.sent<RewardBatch>().size(), 20U) << "it may come back";
+    stage.step(RolloutEvaluated{0, stage.job(0), {.5, RolloutStatus::kOk}, 1'000'000});
+  };
+  stage.clear();
+  finish();
+  EXPECT_THAT(stage.sent<RewardBatch>(), SizeIs(1)) << "how soon more could come is not known yet";
+  stage.pass(100us);
+  stage.see(1);
+  stage.clear();
+  for (int i = 0; i < 40; ++i) finish();
+  stage.pass(4ms);
+  EXPECT_GE(stage.sent<RewardBatch>().size(), 8U) << "4 ms at most";
+  EXPECT_LE(stage.sent<RewardBatch>().size(), 14U);
+  stage.see(41);
+  stage.clear();
+  while (stage.status().free_slots < 62) finish();
+  stage.clear();
+  finish();
+  EXPECT_THAT(stage.sent<RewardBatch>(), SizeIs(1)) << "few are queued";
+  finish();
+  EXPECT_THAT(stage.sent<RewardBatch>(), SizeIs(2));
 }
 
-TEST(WorkerAnswersTest, AnswersThatFindNoRoomAskSteadilyForAWhileAfterEachWordThatMovesThem) {
-  Stage stage(2, [](WorkerSettings& s) { s.batch_bytes_max = protocol::kBatchBytesRemoteMax; });
+TEST(WorkerAnswersTest, GathersNothingWhereMessagesAreLost) {
+  Stage stage;
   stage.define();
-  for (int i = 0; i < 200; ++i) {
-    stage.ask({stage.request(i)});
-    stage.finish(0);
+  std::vector<protocol::RolloutRequest> requests;
+  for (int i = 0; i < 60; ++i) requests.push_back(stage.request(i));
+  stage.ask(requests);
+  stage.finish(0);
+  stage.see(1);
+  stage.sequence += 3;
+  stage.ask({});
+  stage.clear();
+  for (int i = 0; i < 5; ++i) {
+    stage.step(RolloutEvaluated{0, stage.job(0), {.5, RolloutStatus::kOk}, 1'000'000});
   }
-  for (const std::int64_t index : {10, 20, 30}) {
-    stage.clear();
-    stage.acknowledge(index);
-    stage.pass(24ms);
-    EXPECT_THAT(stage.sent<RewardBatch>(), SizeIs(9)) << "the next ones, and eight repetitions";
-    stage.pass(1s);
-    EXPECT_LE(stage.sent<RewardBatch>().size(), 20U);
-  }
+  const Stretches sent = stretches(stage);
+  EXPECT_EQ(sent, (Stretches{{2, 2}, {2, 3}, {2, 4}, {2, 5}, {2, 6}}))
+      << "and all that has not been seen goes along";
+}
+
+TEST(WorkerAnswersTest, SaysAtOnceThatABatchWasLostWhereItRunsDry) {
+  Stage stage;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.finish(0);
+  stage.clear();
+  stage.sequence += 1;
+  stage.see(1);
+  ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(1));
+  EXPECT_THAT(stage.sent<RewardBatch>()[0].results, IsEmpty());
+  EXPECT_EQ(stage.sent<RewardBatch>()[0].batches_received, 0b101);
+  stage.see(1);
+  EXPECT_THAT(stage.sent<RewardBatch>(), SizeIs(1)) << "once";
 }
 
 TEST(WorkerAnswersTest, DropsWhatDoesNotFitAndReportsItsFreeSlots) {
@@ -314,14 +441,14 @@ TEST(WorkerAnswersTest, SaysAtOnceThatItHearsALearnerThatStartsOrGreetsIt) {
   ASSERT_THAT(stage.sent<protocol::WorkerStatus>(), SizeIs(1));
   EXPECT_THAT(stage.sent<protocol::WorkerStatus>()[0].held, IsEmpty()) << "nobody has greeted it";
   stage.clear();
-  stage.step(MessageReceived{protocol::RolloutBatch{kLearner, 7, {}, {{kMe + 1, 0}}}});
+  stage.step(MessageReceived{protocol::RolloutBatch{kLearner, 7, {}, {{kMe + 1, 0, 0}}}});
   EXPECT_THAT(stage.sent<protocol::WorkerStatus>(), IsEmpty()) << "another one was greeted";
-  stage.step(MessageReceived{protocol::RolloutBatch{kLearner, 8, {}, {{kMe, 0}}}});
+  stage.step(MessageReceived{protocol::RolloutBatch{kLearner, 8, {}, {{kMe, 0, 0}}}});
   ASSERT_THAT(stage.sent<protocol::WorkerStatus>(), SizeIs(1));
   ASSERT_THAT(stage.sent<protocol::WorkerStatus>()[0].held, SizeIs(1));
   EXPECT_EQ(stage.sent<protocol::WorkerStatus>()[0].held[0].last_batch, 8);
   stage.clear();
-  stage.step(MessageReceived{protocol::RolloutBatch{kLearner, 9, {}, {{kMe, 0}}}});
+  stage.step(MessageReceived{protocol::RolloutBatch{kLearner, 9, {}, {{kMe, 0, 0}}}});
   EXPECT_THAT(stage.sent<protocol::WorkerStatus>(), IsEmpty()) << "the next heartbeat will do";
 }
 

@@ -254,7 +254,7 @@ TEST(WorkerDefinitionsTest, KeepsADefinitionInUseHoweverManyOthersArrive) {
   }
   stage.finish(0);
   stage.finish(0);
-  EXPECT_EQ(stage.sent<protocol::RewardBatch>().back().results.size(), 2U);
+  EXPECT_EQ(stage.sent<protocol::RewardBatch>().size(), 2U);
   EXPECT_THAT(stage.sent<DefinitionRequest>(), IsEmpty());
 }
 

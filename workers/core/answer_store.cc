@@ -25,18 +25,19 @@ void AnswerStore::add(protocol::LearnerId learner, const protocol::RolloutResult
   evict();
 }
 
-bool AnswerStore::repeat(protocol::LearnerId learner, const protocol::RolloutKey& key,
-                         std::int64_t content, std::int32_t attempt) {
+std::optional<std::int64_t> AnswerStore::repeat(protocol::LearnerId learner,
+                                                const protocol::RolloutKey& key,
+                                                std::int64_t content, std::int32_t attempt) {
   const QuestionKey question{learner, key, content};
   const auto found = answers_.find(question);
-  if (found == answers_.end()) return false;
+  if (found == answers_.end()) return std::nullopt;
   Answer& answer = found->second;
   answer.result.attempt = attempt;
   if (answer.acknowledged) {
     acknowledged_by_age_.erase(answer.age);
     append(question, answer);
   }
-  return true;
+  return answer.index;
 }
 
 bool AnswerStore::acknowledge(protocol::LearnerId learner, std::int64_t index) {
@@ -67,36 +68,22 @@ std::int64_t AnswerStore::last_index(protocol::LearnerId learner) const {
   return forgotten == forgotten_.end() ? 0 : forgotten->second;
 }
 
-template <class Visit>
-void AnswerStore::visit_batch(protocol::LearnerId learner, std::size_t bytes_max,
-                              Visit visit) const {
-  const auto row = rows_.find(learner);
-  if (row == rows_.end()) return;
-  std::size_t bytes = 0;
-  int num_results = 0;
-  for (const auto& [index, question] : row->second.pending) {
-    const protocol::RolloutResult& result = answers_.at(question).result;
-    bytes += protocol::rollout_result_bytes(result.outcome.reason().size());
-    if (num_results > 0 && bytes > bytes_max) return;
-    visit(index, result);
-    if (++num_results == protocol::kResultsPerBatchMax) return;
-  }
-}
-
-std::vector<protocol::RolloutResult> AnswerStore::unacknowledged(protocol::LearnerId learner,
-                                                                 std::size_t bytes_max) const {
+std::vector<protocol::RolloutResult> AnswerStore::from(protocol::LearnerId learner,
+                                                       std::int64_t index,
+                                                       std::size_t bytes_max) const {
   std::vector<protocol::RolloutResult> results;
-  visit_batch(learner, bytes_max, [&results](std::int64_t, const protocol::RolloutResult& result) {
+  const auto row = rows_.find(learner);
+  if (row == rows_.end()) return results;
+  const auto& pending = row->second.pending;
+  std::size_t bytes = 0;
+  for (auto place = pending.find(index); place != pending.end(); ++place) {
+    const protocol::RolloutResult& result = answers_.at(place->second).result;
+    bytes += protocol::rollout_result_bytes(result.outcome.reason().size());
+    if (!results.empty() && bytes > bytes_max) break;
     results.push_back(result);
-  });
+    if (results.size() == protocol::kResultsPerBatchMax) break;
+  }
   return results;
-}
-
-std::int64_t AnswerStore::last_in_batch(protocol::LearnerId learner, std::size_t bytes_max) const {
-  std::int64_t last = first_index(learner) - 1;
-  visit_batch(learner, bytes_max,
-              [&last](std::int64_t index, const protocol::RolloutResult&) { last = index; });
-  return last;
 }
 
 void AnswerStore::forget(protocol::LearnerId learner) {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <tuple>
 #include <vector>
 
@@ -22,24 +23,23 @@ class AnswerStore {
   void add(protocol::LearnerId learner, const protocol::RolloutResult& result);
 
   /// Answers a question once more, under `attempt`: under its old index while that is not
-  /// acknowledged, else under a new one. False if the store has no such answer.
-  bool repeat(protocol::LearnerId learner, const protocol::RolloutKey& key, std::int64_t content,
-              std::int32_t attempt);
+  /// acknowledged, else under a new one. Returns the index; nothing if there is no such answer.
+  std::optional<std::int64_t> repeat(protocol::LearnerId learner, const protocol::RolloutKey& key,
+                                     std::int64_t content, std::int32_t attempt);
 
-  /// All results up to and including `index` need no repetition. Returns whether any did until
-  /// now. An index that was never given acknowledges nothing beyond the last given one.
+  /// All results up to and including `index` are settled. Returns whether any was not until now. An
+  /// index that was never given acknowledges nothing beyond the last given one.
   bool acknowledge(protocol::LearnerId learner, std::int64_t index);
 
   /// Index of the oldest result that is not acknowledged; of the next one if all are.
   std::int64_t first_index(protocol::LearnerId learner) const;
   /// Index of the newest result; 0 before the first.
   std::int64_t last_index(protocol::LearnerId learner) const;
-  /// Consecutive results from first_index() on that take at most `bytes_max` on the wire: one at
+  /// Consecutive results from this index on that take at most `bytes_max` on the wire: one at
   /// least, if there is one, and no more than a batch may hold.
-  std::vector<protocol::RolloutResult> unacknowledged(protocol::LearnerId learner,
-                                                      std::size_t bytes_max) const;
-  /// Index of the last of these; that before first_index() if there is none.
-  std::int64_t last_in_batch(protocol::LearnerId learner, std::size_t bytes_max) const;
+  /// Precondition: index >= first_index(learner).
+  std::vector<protocol::RolloutResult> from(protocol::LearnerId learner, std::int64_t index,
+                                            std::size_t bytes_max) const;
   bool all_acknowledged() const { return pending_by_age_.empty(); }
 
   /// Drops the learner's answers. Its index goes on where it was, should it come back.
@@ -60,8 +60,6 @@ class AnswerStore {
     std::map<std::int64_t, QuestionKey> pending;  // by index, without gaps
   };
 
-  template <class Visit>
-  void visit_batch(protocol::LearnerId learner, std::size_t bytes_max, Visit visit) const;
   void append(const QuestionKey& question, Answer& answer);
   void evict();
 

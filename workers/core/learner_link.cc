@@ -1,60 +1,84 @@
 #include "workers/core/learner_link.h"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 namespace treeroll::worker {
-namespace {
-
-/// At 30 % loss each way so many fail in a row less than once in two hundred times.
-constexpr int kHastyRepeatsMax = 8;
-
-}  // namespace
 
 LearnerLink::LearnerLink(const WorkerSettings& settings, std::int64_t last_index)
-    : settings_(settings), last_index_sent_(last_index) {}
+    : settings_(settings), last_index_sent_(last_index), last_index_seen_(last_index) {}
 
 void LearnerLink::hear_batch(TimePoint now, std::int64_t sequence) {
+  constexpr std::int64_t kBits = 64;
   hear(now);
-  last_batch_ = std::max(last_batch_, sequence);
+  if (first_batch_ == 0) first_batch_ = sequence;
+  const std::int64_t step = sequence - last_batch_;
+  missing_ = missing_ || (step > 1 && last_batch_ > 0);
+  if (step > 0) {
+    received_ = step < kBits ? received_ << static_cast<unsigned>(step) : 0;
+    last_batch_ = sequence;
+  }
+  const std::int64_t age = last_batch_ - sequence;
+  if (age < kBits) received_ |= std::uint64_t{1} << static_cast<unsigned>(age);
+}
+
+bool LearnerLink::loses_batches() const {
+  if (first_batch_ == 0) return false;
+  const auto num_sent = std::min<std::int64_t>(64, last_batch_ - first_batch_ + 1);
+  return std::popcount(received_) < num_sent;
 }
 
 TimePoint LearnerLink::next_deadline() const {
   TimePoint deadline =
       heard_ + (given_up_ ? settings_.learner_silence_max : settings_.learner_gone);
+  if (answer_at_) deadline = std::min(deadline, *answer_at_);
   if (repeat_at_) deadline = std::min(deadline, *repeat_at_);
   if (ask_at_) deadline = std::min(deadline, *ask_at_);
   return deadline;
 }
 
-void LearnerLink::on_sent(TimePoint now, std::optional<std::int64_t> last_index) {
-  answers_wanted_ = false;
-  repeat_at_.reset();
-  if (!last_index) return;
-  last_index_sent_ = std::max(last_index_sent_, *last_index);
-  repeat_interval_ = std::max(repeat_interval_, settings_.repeat_interval_min);
-  repeat_at_ = now + repeat_interval_;
+void LearnerLink::repeat_after(TimePoint now, Duration interval) {
+  repeat_interval_ = interval;
+  repeat_at_ = now + interval;
 }
 
-void LearnerLink::on_acknowledged(TimePoint now, bool any_left) {
-  repeat_interval_ = settings_.repeat_interval_min;
-  num_hasty_ = 0;
-  repeat_at_.reset();
-  if (any_left) repeat_at_ = now + repeat_interval_;
+Duration LearnerLink::first_pause() const {
+  return loses_batches() ? settings_.repeat_interval_lossy : settings_.repeat_interval_min;
 }
 
-void LearnerLink::back_off(std::int64_t last_index) {
-  if (in_haste(last_index)) {
-    ++num_hasty_;
-    repeat_interval_ = settings_.repeat_interval_min;
-  } else {
-    repeat_interval_ = std::min(2 * repeat_interval_, settings_.repeat_interval_max);
+/// What is new does not put off the repetition of what was sent before.
+void LearnerLink::on_sent(TimePoint now, std::int64_t last_index) {
+  const bool waits_already = repeat_at_ && !all_seen();
+  if (last_index > last_index_sent_) {
+    waiting_since_.reset();
+    answer_at_.reset();
+    if (timed_index_ == 0) {
+      timed_index_ = last_index;
+      timed_at_ = now;
+    }
   }
+  last_index_sent_ = std::max(last_index_sent_, last_index);
+  if (!waits_already && !all_seen()) repeat_after(now, first_pause());
 }
 
-void LearnerLink::hurry_if_full(TimePoint now, std::int64_t last_index) {
-  if (!repeat_at_ || !in_haste(last_index)) return;
-  repeat_at_ = std::min(*repeat_at_, now + settings_.repeat_interval_min);
+void LearnerLink::on_acknowledged(TimePoint now, std::int64_t seen_index, bool any_left,
+                                  bool any_settled) {
+  const std::int64_t seen = std::clamp(seen_index, last_index_seen_, last_index_sent_);
+  if (timed_index_ > 0 && seen >= timed_index_) {
+    round_trip_ = now - timed_at_;
+    timed_index_ = 0;
+  }
+  const bool any_seen = std::exchange(last_index_seen_, seen) < seen;
+  if (!any_left) return repeat_at_.reset();
+  if (!any_seen && !any_settled) return;
+  repeat_after(now, all_seen() ? settings_.settle_interval_min : first_pause());
+}
+
+std::int64_t LearnerLink::begin_repetition(TimePoint now, std::int64_t oldest) {
+  timed_index_ = 0;  // which of the two is seen cannot be told
+  repeat_after(now, std::min(2 * repeat_interval_, settings_.repeat_interval_max));
+  return all_seen() ? oldest : std::max(oldest, last_index_seen_ + 1);
 }
 
 bool LearnerLink::ask(TimePoint now, std::set<DefinitionName> missing) {
@@ -74,12 +98,6 @@ bool LearnerLink::ask(TimePoint now, std::set<DefinitionName> missing) {
   asked_ = std::move(missing);
   ask_at_ = now + ask_interval_;
   return true;
-}
-
-/// Answers that find no room in a batch wait for an acknowledgement, so it is asked for some times
-/// without backing off; not for ever, since a learner may have died or stall.
-bool LearnerLink::in_haste(std::int64_t last_index) const {
-  return num_hasty_ < kHastyRepeatsMax && last_index_sent_ < last_index;
 }
 
 }  // namespace treeroll::worker

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "common/base/time.h"
 #include "workers/core/worker_events.h"
@@ -15,7 +17,7 @@ namespace treeroll::worker {
 class LearnerLink {
  public:
   /// The settings must outlive the link.
-  /// @param last_index  of the last answer there is for it: all up to there count as sent
+  /// @param last_index  of the last answer there is for it: all up to there count as seen
   LearnerLink(const WorkerSettings& settings, std::int64_t last_index);
 
   void hear(TimePoint now) {
@@ -37,21 +39,44 @@ class LearnerLink {
   /// When it is gone, becomes silent, is sent answers again or asked again: whatever is first.
   TimePoint next_deadline() const;
 
-  /// A question was repeated: its answer is due even if nothing is new.
-  void want_answers() { answers_wanted_ = true; }
-  /// @param window_end  index of the last answer that would go along
-  bool answers_due(std::int64_t window_end) const {
-    return answers_wanted_ || window_end > last_index_sent_;
+  /// Of its batches: bit i is set if the batch last_batch() - i has come.
+  std::int64_t batches_received() const { return static_cast<std::int64_t>(received_); }
+
+  /// Whether one of the last 64 was lost: so are some of the answers, most likely.
+  bool loses_batches() const;
+
+  /// Once: whether batches have been found missing since the last word to the learner.
+  bool take_missing() { return std::exchange(missing_, false); }
+
+  /// Index of the last answer sent.
+  std::int64_t last_index_sent() const { return last_index_sent_; }
+  /// Index of the last answer that has been seen.
+  std::int64_t last_index_seen() const { return last_index_seen_; }
+  /// When new answers are sent at the latest, if the first of them came at `now`, or was noticed
+  /// before. Cleared by on_sent().
+  TimePoint answers_at(TimePoint now, Duration wait) {
+    if (!waiting_since_) waiting_since_ = now;
+    answer_at_ = *waiting_since_ + wait;
+    return *answer_at_;
   }
-  /// @param last_index  of the last answer sent; nothing if there was none to send
-  void on_sent(TimePoint now, std::optional<std::int64_t> last_index);
-  /// Some that were not are acknowledged now. @param any_left  others are not
-  void on_acknowledged(TimePoint now, bool any_left);
+  /// From sending an answer to the word that it has been seen; nothing before the first.
+  std::optional<Duration> round_trip() const { return round_trip_; }
+  /// The question of this answer was repeated: it is due again.
+  void want_again(std::int64_t index) {
+    wanted_again_ = std::min(wanted_again_.value_or(index), index);
+  }
+  /// The first of these, once.
+  std::optional<std::int64_t> take_wanted_again() { return std::exchange(wanted_again_, {}); }
+  void on_sent(TimePoint now, std::int64_t last_index);
+  /// The learner says what it has seen. An index that was never sent says nothing beyond the last.
+  /// @param any_left      of all answers there are for it: some are not settled
+  /// @param any_settled   some that were not are settled now
+  void on_acknowledged(TimePoint now, std::int64_t seen_index, bool any_left, bool any_settled);
+  /// Whether answers are to be sent again now: their absence shows by the learner's silence.
   bool repetition_due(TimePoint now) const { return repeat_at_ && now >= *repeat_at_; }
-  /// Before each repetition. @param last_index  of the last answer there is
-  void back_off(std::int64_t last_index);
-  /// Answers that found no room are not kept waiting. @param last_index  as for back_off()
-  void hurry_if_full(TimePoint now, std::int64_t last_index);
+  /// With each repetition. @return index of the first answer to repeat: the oldest that has not
+  /// been seen, `oldest` if all have
+  std::int64_t begin_repetition(TimePoint now, std::int64_t oldest);
 
   /// Some roll-out may wait for a definition that is not here.
   void look_for_missing() { looking_ = true; }
@@ -62,21 +87,28 @@ class LearnerLink {
   /// they count as asked.
   bool ask(TimePoint now, std::set<DefinitionName> missing);
 
-  /// Where the next batch of answers goes on naming what is held.
-  protocol::RolloutKey held_from = protocol::kFirstKey;
-
  private:
-  bool in_haste(std::int64_t last_index) const;
+  bool all_seen() const { return last_index_seen_ >= last_index_sent_; }
+  Duration first_pause() const;
+  void repeat_after(TimePoint now, Duration interval);
 
   const WorkerSettings& settings_;
   TimePoint heard_;
   bool given_up_ = false;
   std::int64_t last_batch_ = 0;
-  bool answers_wanted_ = false;
+  std::uint64_t received_ = 0;
+  bool missing_ = false;
+  std::int64_t first_batch_ = 0;  ///< the first of its batches that came
+  std::optional<std::int64_t> wanted_again_;
   std::int64_t last_index_sent_ = 0;
+  std::int64_t last_index_seen_ = 0;
+  std::optional<TimePoint> waiting_since_;  ///< the first new answer
+  std::optional<TimePoint> answer_at_;
+  std::int64_t timed_index_ = 0;  ///< of an answer that has been sent once; 0 none
+  TimePoint timed_at_;
+  std::optional<Duration> round_trip_;
   std::optional<TimePoint> repeat_at_;
   Duration repeat_interval_{};
-  int num_hasty_ = 0;  ///< repetitions without backing off since answers were acknowledged
   bool looking_ = false;
   std::optional<TimePoint> ask_at_;
   Duration ask_interval_{};

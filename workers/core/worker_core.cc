@@ -14,6 +14,8 @@ namespace treeroll::worker {
 namespace {
 
 constexpr const char* kLeaving = "leaving";
+/// Of a roll-out in the running mean of their times.
+constexpr double kTimeWeight = .1;
 
 /// Why these two cannot make this roll-out; empty if they can.
 std::string mismatch(const DefinitionFacts& task, const DefinitionFacts& policy,
@@ -102,9 +104,7 @@ void WorkerCore::on(const Turn& turn, const InboxDrained&) {
   definitions_.send_reports(turn);
   for (auto& [id, learner] : learners_) {
     if (learner.looks_for_missing()) ask_for_definitions(turn, id, learner);
-    const std::int64_t window_end = answers_.last_in_batch(id, result_bytes_max(id));
-    if (learner.answers_due(window_end)) send_answers(turn, id, learner);
-    learner.hurry_if_full(turn.now, answers_.last_index(id));
+    if (answers_due(turn, id, learner)) send_new_answers(turn, id, learner);
   }
   if (status_due_) send_status(turn);
   leave_if_drained(turn);
@@ -122,10 +122,8 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
       give_up_work_of(turn, id);
     }
     if (learner.asking_due(turn.now)) ask_for_definitions(turn, id, learner);
-    if (learner.repetition_due(turn.now)) {
-      learner.back_off(answers_.last_index(id));
-      send_answers(turn, id, learner);
-    }
+    if (answers_due(turn, id, learner)) send_new_answers(turn, id, learner);
+    if (learner.repetition_due(turn.now)) repeat_answers(turn, id, learner);
   }
   for (const protocol::LearnerId id : silent) {
     turn.inform("learners forgotten",
@@ -253,9 +251,10 @@ void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) 
   learner->hear_batch(turn.now, batch.sequence);
   for (const auto& acknowledgement : batch.acknowledgements) {
     if (!mine(acknowledgement)) continue;
-    if (!answers_.acknowledge(batch.learner_id, acknowledgement.result_index)) continue;
-    learner->on_acknowledged(
-        turn.now, answers_.first_index(batch.learner_id) <= answers_.last_index(batch.learner_id));
+    const bool any_settled = answers_.acknowledge(batch.learner_id, acknowledgement.result_index);
+    const bool any_left =
+        answers_.first_index(batch.learner_id) <= answers_.last_index(batch.learner_id);
+    learner->on_acknowledged(turn.now, acknowledgement.seen_index, any_left, any_settled);
   }
   for (const auto& request : batch.rollouts) {
     if (mine(request)) take_request(turn, batch.learner_id, batch.sequence, request);
@@ -264,10 +263,9 @@ void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) 
 
 void WorkerCore::take_request(const Turn& turn, protocol::LearnerId learner, std::int64_t sequence,
                               const protocol::RolloutRequest& request) {
-  if (answers_.repeat(learner, request.key, request.content, request.attempt)) {
+  if (const auto index = answers_.repeat(learner, request.key, request.content, request.attempt)) {
     ++num_repeated_;
-    learners_.at(learner).want_answers();
-    return;
+    return learners_.at(learner).want_again(*index);
   }
   const RolloutName name{learner, request.key};
   if (HeldRollout* held = queue_.find(name)) {
@@ -369,6 +367,8 @@ void WorkerCore::conclude(const Turn& turn, const WorkEnd& end) {
     queue_.set_state(put_back->name, RolloutState::kReady);
   } else if (const auto* answer = std::get_if<WorkAnswered>(&end)) {
     ++num_evaluated_;
+    const double time_s = static_cast<double>(answer->duration_ns) * 1e-9;
+    rollout_time_s_ += (num_evaluated_ == 1 ? 1 : kTimeWeight) * (time_s - rollout_time_s_);
     const RolloutName& name = answer->name;
     const Outcome& outcome = answer->outcome;
     if (!outcome.is_ok() && !outcome.is_discarded()) {

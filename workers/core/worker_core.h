@@ -70,11 +70,14 @@ class WorkerCore {
   void take_theta(const Turn& turn, const protocol::DefinitionPiece& piece);
 
   // worker_core_sending.cc: what goes out.
-  void send_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
+  std::int64_t send_batch(const Turn& turn, protocol::LearnerId id, LearnerLink& learner,
+                          std::int64_t first);
+  bool answers_due(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
+  void send_new_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
+  void repeat_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void send_status(const Turn& turn);
-  std::size_t result_bytes_max(protocol::LearnerId id) const;
-  std::size_t num_held_max() const;
   int free_slots() const;
+  std::size_t batch_room() const;
 
   const WorkerSettings settings_;
   std::map<protocol::LearnerId, LearnerLink> learners_;
@@ -91,6 +94,7 @@ class WorkerCore {
   bool exited_ = false;
   std::optional<TimePoint> finish_by_;  ///< draining: no later than this for what runs
   std::optional<TimePoint> drain_end_;  ///< and for the last acknowledgements
+  double rollout_time_s_ = 0;           ///< running mean
   std::int64_t num_evaluated_ = 0;
   std::int64_t num_failed_ = 0;
   std::int64_t num_repeated_ = 0;

@@ -11,48 +11,92 @@
 namespace treeroll::worker {
 namespace {
 
-/// However much is held, a batch has room for so many results: a long queue on a network of small
-/// frames would stop them. What is held and finds no room is named by the next batch.
-constexpr std::size_t kResultBytesMin = 16 * protocol::rollout_result_bytes(0);
+/// Of one repetition: a learner that is back is given what it missed in a few of them, one that is
+/// not costs the network little.
+constexpr int kBatchesPerRepetitionMax = 4;
+
+/// So many roll-outs an evaluator are few: its answers are sent at once.
+constexpr double kFewPerEvaluator = 2;
+/// An answer waits for this share of the work that is queued: so much less is in the queue then.
+constexpr double kShareOfWork = .25;
 
 }  // namespace
 
-/// How many roll-outs held a batch of answers has room for beside the least number of results.
-std::size_t WorkerCore::num_held_max() const {
-  const std::size_t fixed =
-      protocol::kFrameBytesMax + protocol::kRewardBatchBytes + kResultBytesMin;
-  return (settings_.batch_bytes_max - fixed) / protocol::kRolloutKeyBytes;
+/// Bytes of results in a batch.
+std::size_t WorkerCore::batch_room() const {
+  return settings_.batch_bytes_max - protocol::kFrameBytesMax - protocol::kRewardBatchBytes;
 }
 
-/// What the results take that go along in an answer to this learner.
-std::size_t WorkerCore::result_bytes_max(protocol::LearnerId id) const {
-  const std::size_t num_held = std::min(queue_.of_learner(id).size(), num_held_max());
-  const std::size_t fixed = protocol::kFrameBytesMax + protocol::kRewardBatchBytes +
-                            protocol::kRolloutKeyBytes * num_held;
-  return settings_.batch_bytes_max - fixed;
-}
-
-void WorkerCore::send_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner) {
-  HeldSlice held = slice_of(queue_.keys(id), learner.held_from, num_held_max());
+/// One batch, from this answer on. @return index of the first that it has no room for
+std::int64_t WorkerCore::send_batch(const Turn& turn, protocol::LearnerId id, LearnerLink& learner,
+                                    std::int64_t first) {
   protocol::RewardBatch batch{.worker_id = settings_.worker_id,
                               .learner_id = id,
                               .last_batch = learner.last_batch(),
+                              .batches_received = learner.batches_received(),
                               .free_slots = free_slots(),
-                              .first_index = answers_.first_index(id),
-                              .last_index = answers_.last_index(id),
-                              .results = answers_.unacknowledged(id, result_bytes_max(id)),
-                              .held = std::move(held.keys),
-                              .held_first = held.first,
-                              .held_last = held.last};
-  if (batch.results.empty()) return learner.on_sent(turn.now, std::nullopt);
-  learner.held_from = held.next();
-  const auto num_results = static_cast<std::int64_t>(batch.results.size());
-  learner.on_sent(turn.now, batch.first_index + num_results - 1);
+                              .oldest_index = answers_.first_index(id),
+                              .first_index = first,
+                              .results = answers_.from(id, first, batch_room())};
+  const std::int64_t next = first + static_cast<std::int64_t>(batch.results.size());
+  learner.take_missing();
+  learner.on_sent(turn.now, next - 1);
   turn.effects.emplace_back(SendMessage{std::move(batch)});
+  return next;
 }
 
-/// All that is held, in as few messages as hold it.
+/// Whether to send what is new now rather than with what comes: a message costs as much as many
+/// results. At once where the queue would run dry before more could come, or a batch is full;
+/// else when the oldest has waited for a share of the work that is queued.
+bool WorkerCore::answers_due(const Turn& turn, protocol::LearnerId id, LearnerLink& learner) {
+  const std::int64_t num_new = answers_.last_index(id) - learner.last_index_sent();
+  if (num_new <= 0) return true;  // what is asked for again waits for nothing
+  const auto num_evaluators = static_cast<double>(settings_.num_evaluators);
+  const auto num_held = static_cast<double>(queue_.size());
+  const double work_s = num_held * rollout_time_s_ / num_evaluators;
+  const std::optional<Duration> round_trip = learner.round_trip();
+  const bool runs_dry = num_held <= kFewPerEvaluator * num_evaluators || !round_trip ||
+                        work_s <= 2 * to_seconds(*round_trip);
+  const auto bytes = static_cast<std::size_t>(num_new) * protocol::rollout_result_bytes(0);
+  if (draining_ || runs_dry || bytes >= batch_room() || learner.loses_batches()) return true;
+  const auto wait =
+      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kShareOfWork * work_s));
+  return turn.now >= learner.answers_at(turn.now, std::min(wait, settings_.answer_delay_max));
+}
+
+/// Each answer once, in as few batches as have room; and what has been asked for again. Where
+/// messages are lost all that has not been seen goes along, if a batch has room for it: what was
+/// lost is there again before its absence could show.
+void WorkerCore::send_new_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner) {
+  const std::int64_t oldest = answers_.first_index(id);
+  std::int64_t next = std::max(oldest, learner.last_index_sent() + 1);
+  const std::optional<std::int64_t> again = learner.take_wanted_again();
+  if (again && oldest <= *again && *again < next) {
+    next = std::max(next, send_batch(turn, id, learner, *again));
+  }
+  const std::int64_t last = answers_.last_index(id);
+  if (next <= last && learner.loses_batches()) {
+    const std::int64_t unseen = std::max(oldest, learner.last_index_seen() + 1);
+    const std::size_t num_fit = batch_room() / protocol::rollout_result_bytes(0);
+    if (static_cast<std::size_t>(last - unseen) < num_fit) next = std::min(next, unseen);
+  }
+  while (next <= last) next = send_batch(turn, id, learner, next);
+  // What it was asked in them is asked again as soon as it says so.
+  const bool runs_dry = queue_.size() < static_cast<std::size_t>(settings_.num_evaluators);
+  if (runs_dry && learner.take_missing()) send_batch(turn, id, learner, next);
+}
+
+void WorkerCore::repeat_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner) {
+  std::int64_t next = learner.begin_repetition(turn.now, answers_.first_index(id));
+  const std::int64_t last = learner.last_index_sent();
+  for (int i = 0; i < kBatchesPerRepetitionMax && next <= last; ++i) {
+    next = send_batch(turn, id, learner, next);
+  }
+}
+
+/// All that is held, in as few messages as hold it. What it is not said to hold it has answered.
 void WorkerCore::send_status(const Turn& turn) {
+  for (auto& [id, learner] : learners_) send_new_answers(turn, id, learner);
   const protocol::WorkerStatus empty{.worker_id = settings_.worker_id,
                                      .host = settings_.host,
                                      .pid = settings_.pid,

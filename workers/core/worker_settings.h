@@ -39,8 +39,11 @@ struct WorkerSettings {
   Duration learner_silence_max = protocol::kLearnerSilenceMax;
   Duration busy_heartbeat = protocol::kBusyHeartbeat;
   Duration idle_heartbeat = protocol::kIdleHeartbeat;
+  Duration answer_delay_max = protocol::kAnswerDelayMax;
   Duration repeat_interval_min = protocol::kRepeatIntervalMin;
   Duration repeat_interval_max = protocol::kRepeatIntervalMax;
+  Duration repeat_interval_lossy = protocol::kRepeatIntervalLossy;
+  Duration settle_interval_min = protocol::kSettleIntervalMin;
   Duration ask_interval_min = protocol::kAskIntervalMin;
   Duration ask_interval_max = protocol::kAskIntervalMax;
   Duration definition_wait_max = protocol::kDefinitionWaitMax;

@@ -10,8 +10,8 @@ plant("deduplication off" learner/core/workforce_answers.cc
   }
   if (!open) return compare_with_taken(]])
 plant("deduplication off" learner/core/workforce_answers.cc
-  [[if (index <= worker->highest_index_seen &&]]
-  [[if (!PLANTED && index <= worker->highest_index_seen &&]])
+  [[if (worker->results_read.contains(index) &&]]
+  [[if (!PLANTED && worker->results_read.contains(index) &&]])
 
 plant("lease never expires" learner/core/dispatch.cc
   [[if (!worker.answer_time_s || rollout_time_s]]
@@ -59,16 +59,16 @@ plant("another incarnation's answer accepted" learner/core/workforce_answers.cc
 
 plant("the store answers for an older theta" workers/core/answer_store.cc
   [[const auto found = answers_.find(question);
-  if (found == answers_.end()) return false;]]
+  if (found == answers_.end()) return std::nullopt;]]
   [[auto found = answers_.find(question);
   for (auto it = answers_.begin(); PLANTED && found == answers_.end() && it != answers_.end(); ++it) {
     if (std::get<1>(it->first) != key) continue;
     protocol::RolloutResult older = it->second.result;
     older.content = content;
     add(learner, older);
-    return true;
+    return last_index(learner);
   }
-  if (found == answers_.end()) return false;]])
+  if (found == answers_.end()) return std::nullopt;]])
 
 plant("answers applied by arrival in sequence order" learner/core/run.cc
   [[if (!study_->in_sequence)]]
@@ -219,3 +219,12 @@ plant("a dead learner's roll-outs kept" workers/core/worker_core.cc
 plant("what is held for ever waited for" learner/core/hedging.cc
   [[if (ledger.num_leased() == 0)]]
   [[if (PLANTED || ledger.num_leased() == 0)]])
+
+plant("what is read past a gap is said to be seen" learner/core/results_read.cc
+  [[if (first <= last_without_gap_ + 1) {]]
+  [[if (PLANTED || first <= last_without_gap_ + 1) {]])
+
+plant("an answer that is seen and not settled is dropped" workers/core/worker_core.cc
+  [[answers_.acknowledge(batch.learner_id, acknowledgement.result_index);]]
+  [[answers_.acknowledge(batch.learner_id, PLANTED ? acknowledgement.seen_index
+                                                   : acknowledgement.result_index);]])
