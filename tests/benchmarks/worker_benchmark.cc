@@ -61,7 +61,8 @@ class WorkerLoop {
         .learner_id = kAsker,
         .sequence = ++sequence_,
         .rollouts = {},
-        .acknowledgements = {{.worker_id = kMe, .result_index = num_results_}}};
+        .acknowledgements = {
+            {.worker_id = kMe, .seen_index = num_results_, .result_index = num_results_}}};
     for (std::int32_t run = 0; run < num_rollouts; ++run) {
       batch.rollouts.push_back({.worker_id = kMe,
                                 .key = {.run = run, .number = static_cast<std::int32_t>(sequence_)},
