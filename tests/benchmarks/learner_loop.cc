@@ -35,17 +35,6 @@ learner::LearnerSettings settings_for(const Study& study) {
 
 }  // namespace
 
-ScratchFolder::ScratchFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "treeroll-bench-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
-  path_ = name;
-}
-
-ScratchFolder::~ScratchFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
 ContentHash LearnerLoop::study_id() { return content_hash("a benchmark"); }
 
 LearnerLoop::LearnerLoop(const Study& study, const Traffic& traffic,

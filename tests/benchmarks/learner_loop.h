@@ -12,23 +12,10 @@
 #include "learner/core/carry_out.h"
 #include "learner/core/learner_core.h"
 #include "learner/journal/journal_file.h"
+#include "tests/files/scratch_folder.h"
 #include "tests/learner_core/fake_worker.h"
 
 namespace treeroll::benchmarks {
-
-/// A folder of its own, gone with this object.
-class ScratchFolder {
- public:
-  ScratchFolder();
-  ~ScratchFolder();
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// How results reach the learner.
 struct Traffic {

@@ -101,17 +101,9 @@ std::vector<pid_t> Daemon::children() const {
 }
 
 Service::Service() {
-  std::string name = (fs::temp_directory_path() / "treeroll-test-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
-  directory_ = name;
   const int number = static_cast<int>(getpid() % 20000) + next_number++ * 20011;
   url_ = fmt::format("udpm://239.255.{}.{}:{}?ttl=0", 80 + number % 100, 1 + number % 250,
                      20000 + number % 30000);
-}
-
-Service::~Service() {
-  std::error_code ignored;
-  fs::remove_all(directory_, ignored);
 }
 
 fs::path Service::study(const std::string& text) const {

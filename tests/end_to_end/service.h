@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/files/scratch_folder.h"
+
 namespace treeroll::end_to_end {
 
 /// A daemon of the build under test, its outputs in files. Ended (SIGKILL) with this object.
@@ -48,7 +50,6 @@ void write_file(const std::filesystem::path& path, const std::string& text);
 class Service {
  public:
   Service();
-  ~Service();
 
   const std::filesystem::path& directory() const { return directory_; }
   const std::string& url() const { return url_; }
@@ -69,7 +70,8 @@ class Service {
   Learnt learnt(Daemon& learner, const std::string& name, std::chrono::seconds limit) const;
 
  private:
-  std::filesystem::path directory_;
+  ScratchFolder scratch_;
+  std::filesystem::path directory_ = scratch_.path();
   std::string url_;
 };
 

@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "common/files/whole_file.h"
+#include "tests/files/scratch_folder.h"
 
 namespace treeroll {
 namespace {
@@ -24,17 +25,6 @@ using ::testing::HasSubstr;
 
 class AtomicFileTest : public ::testing::Test {
  protected:
-  AtomicFileTest() {
-    std::string name = (fs::temp_directory_path() / "treeroll-files-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
-    folder_ = name;
-    file_ = folder_ / "table.csv";
-  }
-  ~AtomicFileTest() override {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-
   std::size_t num_entries() const {
     return static_cast<std::size_t>(
         std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}));
@@ -49,8 +39,9 @@ class AtomicFileTest : public ::testing::Test {
     }
   }
 
-  fs::path folder_;
-  fs::path file_;
+  ScratchFolder scratch_;
+  fs::path folder_ = scratch_.path();
+  fs::path file_ = folder_ / "table.csv";
 };
 
 /// Both ends of a pipe or a socket pair.

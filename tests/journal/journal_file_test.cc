@@ -13,6 +13,7 @@
 
 #include "learner/journal/journal_fold.h"
 #include "learner/journal/journal_origins.h"
+#include "tests/files/scratch_folder.h"
 
 namespace treeroll {
 namespace {
@@ -22,12 +23,6 @@ using ::testing::HasSubstr;
 
 class JournalFileTest : public ::testing::Test {
  protected:
-  JournalFileTest() {
-    std::string name = (fs::temp_directory_path() / "treeroll-journal-XXXXXX").string();
-    directory_ = mkdtemp(name.data());
-  }
-  ~JournalFileTest() override { fs::remove_all(directory_); }
-
   static constexpr LearningTime kTime{std::chrono::milliseconds(1234)};
 
   const KnownWorker kWorker{77, "x86_64 glibc 2.36", "host"};
@@ -63,7 +58,8 @@ class JournalFileTest : public ::testing::Test {
 
   fs::path path() const { return directory_ / "journal.lcmlog"; }
 
-  fs::path directory_;
+  ScratchFolder scratch_;
+  fs::path directory_ = scratch_.path();
   std::vector<JournalRecord> records_;
 };
 

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "tests/files/scratch_folder.h"
 #include "tests/journal/learnt_study.h"
 
 namespace treeroll {
@@ -20,12 +21,7 @@ using testing::HasSubstr;
 
 class JournalFoldTest : public testing::Test {
  protected:
-  JournalFoldTest() {
-    std::string pattern = (fs::temp_directory_path() / "fold.XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-    std::ofstream(folder_ / "study.toml") << study_test::tree_study("");
-  }
-  ~JournalFoldTest() override { fs::remove_all(folder_); }
+  JournalFoldTest() { std::ofstream(folder_ / "study.toml") << study_test::tree_study(""); }
 
   std::string error_of(const fs::path& journal) const {
     const Study study = load_study(folder_ / "study.toml", {}).study;
@@ -38,7 +34,8 @@ class JournalFoldTest : public testing::Test {
     return "folded";
   }
 
-  fs::path folder_;
+  ScratchFolder scratch_;
+  fs::path folder_ = scratch_.path();
 };
 
 /// Both forms that version 0.1.0 of treeroll and what came before 0.2.0 have written, and a later.

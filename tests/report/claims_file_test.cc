@@ -10,6 +10,7 @@
 
 #include "learner/study/study_error.h"
 #include "learner/study/study_file.h"
+#include "tests/files/scratch_folder.h"
 
 namespace treeroll::report {
 namespace {
@@ -19,12 +20,6 @@ using testing::HasSubstr;
 
 class ClaimsFileTest : public testing::Test {
  protected:
-  ClaimsFileTest() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "claims.XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~ClaimsFileTest() override { std::filesystem::remove_all(folder_); }
-
   std::vector<Claim> read(const std::string& text) const {
     std::ofstream(folder_ / "claims.toml") << text;
     return read_claims(folder_ / "claims.toml");
@@ -46,7 +41,8 @@ kind = "greater"
 conditions = ["a", "b"]
 rollout = 50
 )";
-  std::filesystem::path folder_;
+  ScratchFolder scratch_;
+  std::filesystem::path folder_ = scratch_.path();
 };
 
 TEST_F(ClaimsFileTest, OneClaimStandsForEachWord) {

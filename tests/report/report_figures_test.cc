@@ -1,6 +1,5 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <fstream>
@@ -10,6 +9,7 @@
 #include "learner/report/learnt_policies.h"
 #include "learner/report/noise_levels.h"
 #include "learner/report/report.h"
+#include "tests/files/scratch_folder.h"
 #include "tests/journal/learnt_study.h"
 
 namespace treeroll::report {
@@ -24,12 +24,6 @@ using testing::Not;
 
 class ReportFiguresTest : public testing::Test {
  protected:
-  ReportFiguresTest() {
-    std::string pattern = (fs::temp_directory_path() / "figures.XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~ReportFiguresTest() override { fs::remove_all(folder_); }
-
   /// A program that answers as a worker executable would.
   fs::path worker(const std::string& evaluation) const {
     const fs::path program = folder_ / "worker";
@@ -56,7 +50,8 @@ class ReportFiguresTest : public testing::Test {
   Study study() const { return load_study(folder_ / "study/study.toml", {}).study; }
   StudyResults results() const { return read_study_results(folder_ / "study"); }
 
-  fs::path folder_;
+  ScratchFolder scratch_;
+  fs::path folder_ = scratch_.path();
 };
 
 constexpr const char* kTraced =

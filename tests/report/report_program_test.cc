@@ -10,6 +10,7 @@
 #include "common/base/config_error.h"
 #include "learner/report/report.h"
 #include "learner/results/csv.h"
+#include "tests/files/scratch_folder.h"
 #include "tests/results/records.h"
 #include "tests/study/small_study.h"
 
@@ -23,12 +24,6 @@ using testing::Not;
 
 class ReportProgramTest : public testing::Test {
  protected:
-  ReportProgramTest() {
-    std::string pattern = (fs::temp_directory_path() / "report.XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~ReportProgramTest() override { fs::remove_all(folder_); }
-
   /// A study of two conditions, three repetitions each, "tree" ahead by `lead`.
   fs::path study(const std::string& directory, const std::string& name, double lead) const {
     std::vector<RunRecord> runs;
@@ -62,7 +57,8 @@ class ReportProgramTest : public testing::Test {
     return "compared";
   }
 
-  fs::path folder_;
+  ScratchFolder scratch_;
+  fs::path folder_ = scratch_.path();
 };
 
 TEST_F(ReportProgramTest, TheSameResultsGiveTheSameBytesWhereverTheyLie) {

@@ -12,6 +12,7 @@
 
 #include "common/files/atomic_file.h"
 #include "learner/results/run_counts.h"
+#include "tests/files/scratch_folder.h"
 #include "tests/results/records.h"
 
 namespace treeroll {
@@ -22,12 +23,6 @@ using testing::HasSubstr;
 
 class CsvTest : public testing::Test {
  protected:
-  CsvTest() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "csv_test.XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~CsvTest() override { std::filesystem::remove_all(folder_); }
-
   static std::string content(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
@@ -36,7 +31,8 @@ class CsvTest : public testing::Test {
     return std::distance(std::filesystem::directory_iterator(folder_), {});
   }
 
-  std::filesystem::path folder_;
+  ScratchFolder scratch_;
+  std::filesystem::path folder_ = scratch_.path();
 };
 
 TEST_F(CsvTest, RolloutsAreSortedByRunWithShortestExactNumbers) {

@@ -12,6 +12,7 @@
 #include "common/files/whole_file.h"
 #include "learner/results/csv.h"
 #include "learner/results/run_counts.h"
+#include "tests/files/scratch_folder.h"
 #include "tests/results/records.h"
 
 namespace treeroll {
@@ -22,12 +23,6 @@ using testing::HasSubstr;
 
 class StudyResultsTest : public testing::Test {
  protected:
-  StudyResultsTest() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "results.XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~StudyResultsTest() override { std::filesystem::remove_all(folder_); }
-
   void write(const std::string& name, std::string_view text) const {
     std::ofstream(folder_ / name, std::ios::binary) << text;
   }
@@ -48,7 +43,8 @@ class StudyResultsTest : public testing::Test {
       "condition,repetition,run,rollouts,best_reward,final_reward,rollouts_before_switch,failed,"
       "switches\n";
   static constexpr const char* kRollouts = "condition,repetition,run,rollout,layer,reward,status\n";
-  std::filesystem::path folder_;
+  ScratchFolder scratch_;
+  std::filesystem::path folder_ = scratch_.path();
 };
 
 /// A run with all that a run can have.

@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <filesystem>
@@ -11,6 +10,7 @@
 
 #include "common/files/whole_file.h"
 #include "learner/study/study_extension.h"
+#include "tests/files/scratch_folder.h"
 #include "tests/journal/learnt_study.h"
 #include "tests/state/learn_by_hand.h"
 
@@ -23,12 +23,6 @@ using testing::HasSubstr;
 
 class StateStudyTest : public testing::Test {
  protected:
-  StateStudyTest() {
-    std::string pattern = (fs::temp_directory_path() / "state.XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~StateStudyTest() override { fs::remove_all(folder_); }
-
   /// Its result files and its study, as bytes.
   std::map<std::string, std::string> files_of(const fs::path& directory) const {
     const StateFiles files = state_files(directory);
@@ -70,7 +64,8 @@ class StateStudyTest : public testing::Test {
     return "";
   }
 
-  fs::path folder_;
+  ScratchFolder scratch_;
+  fs::path folder_ = scratch_.path();
 };
 
 std::string with_repetitions(std::string text, const std::string& repetitions) {

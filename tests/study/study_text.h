@@ -1,14 +1,12 @@
 #pragma once
 
-#include <unistd.h>
-
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <string_view>
 
 #include "learner/study/study_error.h"
+#include "tests/files/scratch_folder.h"
 
 namespace treeroll::study_test {
 
@@ -19,18 +17,10 @@ inline void write(const std::filesystem::path& path, std::string_view text) {
 /// A file study.toml with a text, gone at the end.
 class StudyText {
  public:
-  explicit StudyText(std::string_view text) {
-    std::string pattern = (std::filesystem::temp_directory_path() / "study.XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-    path_ = folder_ / "study.toml";
-    write(path_, text);
-  }
-  ~StudyText() { std::filesystem::remove_all(folder_); }
-  StudyText(const StudyText&) = delete;
-  StudyText& operator=(const StudyText&) = delete;
+  explicit StudyText(std::string_view text) { write(path_, text); }
 
   const std::filesystem::path& path() const { return path_; }
-  const std::filesystem::path& folder() const { return folder_; }
+  const std::filesystem::path& folder() const { return folder_.path(); }
 
   /// An error with the file's name as "FILE".
   std::string shortened(std::string error) const {
@@ -40,8 +30,8 @@ class StudyText {
   }
 
  private:
-  std::filesystem::path folder_;
-  std::filesystem::path path_;
+  ScratchFolder folder_;
+  std::filesystem::path path_ = folder_.path() / "study.toml";
 };
 
 /// What a StudyError thrown by `load(path)` says, "" if there was none.

@@ -40,14 +40,6 @@ bool ChildProcess::is_running() {
          state.si_pid == 0;
 }
 
-ScratchFolder::ScratchFolder() {
-  std::string path = std::filesystem::temp_directory_path() / "treeroll_test_XXXXXX";
-  CHECK(mkdtemp(path.data()) != nullptr, "no folder for the test");
-  path_ = path;
-}
-
-ScratchFolder::~ScratchFolder() { std::filesystem::remove_all(path_); }
-
 SilentServer::SilentServer() : descriptor_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
   sockaddr_in address{};
   address.sin_family = AF_INET;

@@ -22,19 +22,6 @@ class ChildProcess {
   pid_t pid_;
 };
 
-/// A folder of its own that goes with everything in it.
-class ScratchFolder {
- public:
-  ScratchFolder();
-  ~ScratchFolder();
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
 /// Listens on a TCP port of this host and never says a word.
 class SilentServer {
  public:

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/transport/codec.h"
+#include "tests/files/scratch_folder.h"
 #include "tests/transport/child_process.h"
 #include "tests/transport/loopback.h"
 #include "tests/transport/message_maker.h"
@@ -53,7 +54,7 @@ std::vector<Message> one_of_each(std::uint64_t seed) {
 TEST(LoggerTest, LcmLoggerRecordsEverythingABusPublishes) {
   if (!std::filesystem::exists(kLogger)) GTEST_SKIP() << "needs " << kLogger << " (liblcm-bin)";
   const ScratchFolder folder;
-  const std::string path = folder.path() + "/run.log";
+  const std::string path = folder.path() / "run.log";
   const std::string url = loopback_url(101);
   Loop loop;
   Listener bus(loop, url, {});
@@ -90,7 +91,7 @@ TEST(LoggerTest, ABusHearsWhatLcmLogplayerPlays) {
     GTEST_SKIP() << "needs " << kLogPlayer << " (liblcm-bin)";
   }
   const ScratchFolder folder;
-  const std::string path = folder.path() + "/run.log";
+  const std::string path = folder.path() / "run.log";
   const std::string url = loopback_url(102);
   Loop loop;
   const std::vector<Message> sent = one_of_each(8);

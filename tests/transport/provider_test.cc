@@ -7,6 +7,7 @@
 
 #include "common/protocol/limits.h"
 #include "common/transport/codec.h"
+#include "tests/files/scratch_folder.h"
 #include "tests/transport/child_process.h"
 #include "tests/transport/loopback.h"
 #include "tests/transport/message_maker.h"
@@ -53,7 +54,7 @@ TEST(ProviderTest, MemqReceivesOnlyTheChannelsItAskedFor) {
 
 TEST(ProviderTest, ALogThatABusWroteIsReadByAnotherToItsEnd) {
   const ScratchFolder folder;
-  const std::string path = folder.path() + "/run.log";
+  const std::string path = folder.path() / "run.log";
   Loop loop;
   std::vector<Message> sent;
   {

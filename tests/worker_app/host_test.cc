@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "common/program/host_name.h"
+#include "tests/files/scratch_folder.h"
 #include "workers/app/host_facts.h"
 #include "workers/app/processor_share.h"
 
@@ -19,12 +20,6 @@ namespace fs = std::filesystem;
 /// A tree of control groups in files.
 class ProcessorShareTest : public ::testing::Test {
  protected:
-  ProcessorShareTest() {
-    std::string name = (fs::temp_directory_path() / "treeroll-cgroup-XXXXXX").string();
-    root_ = mkdtemp(name.data());
-  }
-  ~ProcessorShareTest() override { fs::remove_all(root_); }
-
   void write(const std::string& file, const std::string& text) const {
     fs::create_directories((root_ / file).parent_path());
     std::ofstream(root_ / file) << text;
@@ -34,7 +29,8 @@ class ProcessorShareTest : public ::testing::Test {
     return cgroup_processors(root_ / "membership", root_ / "mount");
   }
 
-  fs::path root_;
+  ScratchFolder scratch_;
+  fs::path root_ = scratch_.path();
 };
 
 TEST_F(ProcessorShareTest, VersionTwoTakesTheLeastOfAGroupAndThoseAboveIt) {
