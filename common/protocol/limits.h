@@ -65,9 +65,9 @@ inline constexpr int kLeasesPerWorkerMax = kHeldPerMessageMax;
 inline constexpr std::size_t kRefusalsPerWorkerMax = 256;
 /// Of a worker's results, stretches that have been read past missing ones.
 inline constexpr std::size_t kStretchesReadMax = 256;
-/// Batches with requests of which a worker has not said whether they have come: as many as its word
-/// has bits.
-inline constexpr std::size_t kBatchesUnconfirmedMax = 64;
+/// Of the learner's last batches a worker says whether they have come: a bit each. Requests in
+/// older ones are not waited for.
+inline constexpr std::int64_t kBatchBits = 64;
 inline constexpr std::size_t kNumericClassesMax = 1024;
 /// Of the name of a numeric class, and of a host's in the journal; longer ones are cut.
 inline constexpr std::size_t kNumericClassBytesMax = 128;

@@ -13,7 +13,7 @@ namespace treeroll::learner {
 /// that was lost is known as soon as an answer gets through.
 class RequestsSent {
  public:
-  /// Past kBatchesUnconfirmedMax batches the oldest goes: no word has a bit for it.
+  /// Past kBatchBits batches the oldest goes: no word has a bit for it.
   void note(std::int64_t batch, protocol::RolloutKey key);
 
   struct Request {

@@ -9,8 +9,8 @@ namespace treeroll::learner {
 /// those that are missing yet.
 class ResultsRead {
  public:
-  /// These have been read. Past kStretchesReadMax stretches the newest are not noted, so that their
-  /// worker repeats them. Precondition: first <= last.
+  /// These have been read. Past kStretchesReadMax stretches the one furthest on is forgotten, so
+  /// that its worker repeats it. Precondition: first <= last.
   void note(std::int64_t first, std::int64_t last);
   /// Its worker gives none before this one any more.
   void forget_before(std::int64_t oldest);

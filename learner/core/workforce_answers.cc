@@ -52,7 +52,7 @@ void Workforce::accept(const Turn& turn, WorkerEntry& worker,
   const std::optional<ContentHash> task_id = client_.task_of(key);
   const TaskDescription* facts = task_id ? facts_of(*task_id) : nullptr;
   // Of its class nothing is known before its heartbeat.
-  const bool is_excluded = worker.other_class || !classes_.allows(worker.numeric_class);
+  const bool is_excluded = !classes_.allows(worker.numeric_class);
   if (!facts || worker.distrusted ||
       is_excluded) {  // without facts nothing of this run has been issued
     ++ledger_.counters.rejected;

@@ -35,7 +35,7 @@ TEST(RequestsSentTest, SaysNothingOfWhatNoBitIsThereFor) {
 TEST(RequestsSentTest, ForgetsTheOldestOfAWorkerThatSaysNothing) {
   RequestsSent sent;
   for (int batch = 1; batch <= 1000; ++batch) sent.note(batch, {0, batch});
-  EXPECT_EQ(sent.take(1000, 0).lost.size(), protocol::kBatchesUnconfirmedMax);
+  EXPECT_EQ(std::ssize(sent.take(1000, 0).lost), protocol::kBatchBits);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <set>
+
 #include "common/protocol/wire_sizes.h"
 #include "tests/worker_core/stage.h"
 
@@ -185,6 +187,48 @@ TEST(WorkerAnswersTest, AsksForTheWordThatAnswersAreOnStableStorageByRepeatingTh
   stage.clear();
   stage.pass(5s);
   EXPECT_THAT(stage.sent<RewardBatch>(), IsEmpty());
+}
+
+TEST(WorkerAnswersTest, AllThatIsAskedAgainComesAgainHoweverSmallAFrame) {
+  Stage stage(1, [](WorkerSettings& s) { s.batch_bytes_max = protocol::kBatchBytesRemoteMax; });
+  stage.define();
+  std::vector<protocol::RolloutRequest> requests;
+  for (int i = 0; i < 60; ++i) {
+    requests.push_back(stage.request(i));
+    stage.ask({requests.back()});
+    stage.finish(0);
+  }
+  stage.see(60);
+  stage.clear();
+  stage.ask(requests);
+  std::set<std::int64_t> again;
+  for (const RewardBatch& batch : stage.sent<RewardBatch>()) {
+    for (std::size_t i = 0; i < batch.results.size(); ++i) {
+      again.insert(batch.first_index + static_cast<std::int64_t>(i));
+    }
+  }
+  EXPECT_THAT(again, SizeIs(60));
+}
+
+TEST(WorkerAnswersTest, AnAnswerThatWaitsIsNotSettledByAnIndexThatWasNeverGiven) {
+  Stage stage;
+  stage.define();
+  std::vector<protocol::RolloutRequest> requests;
+  for (int i = 0; i < 60; ++i) requests.push_back(stage.request(i));
+  stage.ask(requests);
+  const auto finish = [&stage] {
+    stage.pass(1ms);
+    stage.step(RolloutEvaluated{0, stage.job(0), {.5, RolloutStatus::kOk}, 1'000'000});
+  };
+  finish();
+  stage.pass(100us);
+  stage.see(1);
+  stage.clear();
+  finish();
+  ASSERT_THAT(stage.sent<RewardBatch>(), IsEmpty()) << "it waits for others to go along with";
+  stage.acknowledge(1'000'000);
+  stage.pass(5ms);
+  EXPECT_EQ(stretches(stage), (Stretches{{2, 2}}));
 }
 
 TEST(WorkerAnswersTest, NewAnswersWaitForNoAcknowledgementHoweverSmallAFrame) {

@@ -25,11 +25,11 @@ std::string bounded(const std::string& text, std::size_t bytes_max) {
   return bounded;
 }
 
-namespace {
-
 Outcome failed(const std::string& reason) {
   return Outcome::failed(RolloutStatus::kFailed, bounded(reason, kOutcomeReasonBytesMax));
 }
+
+namespace {
 
 Outcome checked(const Outcome& outcome, const TaskDescription& description) {
   if (!outcome.is_ok()) {

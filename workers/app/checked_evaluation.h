@@ -14,6 +14,9 @@ namespace treeroll::worker {
 /// most `bytes_max` bytes.
 std::string bounded(const std::string& text, std::size_t bytes_max);
 
+/// With the reason so bounded.
+Outcome failed(const std::string& reason);
+
 /// Evaluates a policy with a task that may be anybody's: what it throws, a reward that is not
 /// finite or outside the range it describes, is status kFailed with a reason. Reasons are bounded.
 /// @param trace  receives the roll-out step by step; may be null

@@ -68,9 +68,6 @@ std::string Evaluator::load_policy(const ContentHash& id, const std::string& con
 }
 
 Outcome Evaluator::evaluate(const protocol::RolloutRequest& request) {
-  const auto failed = [](const std::string& reason) {
-    return Outcome::failed(RolloutStatus::kFailed, bounded(reason, kOutcomeReasonBytesMax));
-  };
   try {
     const auto found_task = tasks_.find(request.task_id);
     const auto found_policy = policies_.find(request.policy_id);

@@ -19,7 +19,7 @@ class AnswerStore {
   explicit AnswerStore(std::size_t num_answers_max);
 
   /// Files a new answer under the learner's next result index.
-  /// Precondition: not contains(learner, result.key, result.content).
+  /// Precondition: the store has no answer to this question.
   void add(protocol::LearnerId learner, const protocol::RolloutResult& result);
 
   /// Answers a question once more, under `attempt`: under its old index while that is not

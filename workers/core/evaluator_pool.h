@@ -72,7 +72,7 @@ class EvaluatorPool {
   /// Nobody wants to know any more what becomes of this work, if it is here. Its evaluator finishes
   /// what it does.
   void withdraw(const RolloutName& name);
-  /// The same, and its evaluator is ended: the work may take long. What is beside it is put back.
+  /// The same, and its evaluator is ended: the work may take long.
   void end_work(const Turn& turn, const RolloutName& name);
 
   /// Tells `definitions` what has come of a check. Returns how roll-outs' work has ended that has

@@ -10,22 +10,21 @@ LearnerLink::LearnerLink(const WorkerSettings& settings, std::int64_t last_index
     : settings_(settings), last_index_sent_(last_index), last_index_seen_(last_index) {}
 
 void LearnerLink::hear_batch(TimePoint now, std::int64_t sequence) {
-  constexpr std::int64_t kBits = 64;
   hear(now);
-  if (first_batch_ == 0) first_batch_ = sequence;
+  if (first_batch_ == 0 || sequence < first_batch_) first_batch_ = sequence;
   const std::int64_t step = sequence - last_batch_;
   missing_ = missing_ || (step > 1 && last_batch_ > 0);
   if (step > 0) {
-    received_ = step < kBits ? received_ << static_cast<unsigned>(step) : 0;
+    received_ = step < protocol::kBatchBits ? received_ << static_cast<unsigned>(step) : 0;
     last_batch_ = sequence;
   }
   const std::int64_t age = last_batch_ - sequence;
-  if (age < kBits) received_ |= std::uint64_t{1} << static_cast<unsigned>(age);
+  if (age < protocol::kBatchBits) received_ |= std::uint64_t{1} << static_cast<unsigned>(age);
 }
 
 bool LearnerLink::loses_batches() const {
   if (first_batch_ == 0) return false;
-  const auto num_sent = std::min<std::int64_t>(64, last_batch_ - first_batch_ + 1);
+  const auto num_sent = std::min(protocol::kBatchBits, last_batch_ - first_batch_ + 1);
   return std::popcount(received_) < num_sent;
 }
 

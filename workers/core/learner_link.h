@@ -61,12 +61,16 @@ class LearnerLink {
   }
   /// From sending an answer to the word that it has been seen; nothing before the first.
   std::optional<Duration> round_trip() const { return round_trip_; }
+  /// First and last of answers by their index.
+  using Stretch = std::pair<std::int64_t, std::int64_t>;
+
   /// The question of this answer was repeated: it is due again.
   void want_again(std::int64_t index) {
-    wanted_again_ = std::min(wanted_again_.value_or(index), index);
+    Stretch& wanted = wanted_again_ ? *wanted_again_ : wanted_again_.emplace(index, index);
+    wanted = {std::min(wanted.first, index), std::max(wanted.second, index)};
   }
-  /// The first of these, once.
-  std::optional<std::int64_t> take_wanted_again() { return std::exchange(wanted_again_, {}); }
+  /// The first and the last of these, once.
+  std::optional<Stretch> take_wanted_again() { return std::exchange(wanted_again_, {}); }
   void on_sent(TimePoint now, std::int64_t last_index);
   /// The learner says what it has seen. An index that was never sent says nothing beyond the last.
   /// @param any_left      of all answers there are for it: some are not settled
@@ -98,8 +102,8 @@ class LearnerLink {
   std::int64_t last_batch_ = 0;
   std::uint64_t received_ = 0;
   bool missing_ = false;
-  std::int64_t first_batch_ = 0;  ///< the first of its batches that came
-  std::optional<std::int64_t> wanted_again_;
+  std::int64_t first_batch_ = 0;  ///< the lowest of its batches that came
+  std::optional<Stretch> wanted_again_;
   std::int64_t last_index_sent_ = 0;
   std::int64_t last_index_seen_ = 0;
   std::optional<TimePoint> waiting_since_;  ///< the first new answer

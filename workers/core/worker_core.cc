@@ -251,7 +251,9 @@ void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) 
   learner->hear_batch(turn.now, batch.sequence);
   for (const auto& acknowledgement : batch.acknowledgements) {
     if (!mine(acknowledgement)) continue;
-    const bool any_settled = answers_.acknowledge(batch.learner_id, acknowledgement.result_index);
+    // An index that was never given settles nothing that waits to be sent.
+    const std::int64_t settled = std::min(acknowledgement.result_index, learner->last_index_sent());
+    const bool any_settled = answers_.acknowledge(batch.learner_id, settled);
     const bool any_left =
         answers_.first_index(batch.learner_id) <= answers_.last_index(batch.learner_id);
     learner->on_acknowledged(turn.now, acknowledgement.seen_index, any_left, any_settled);

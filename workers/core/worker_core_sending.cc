@@ -70,9 +70,11 @@ bool WorkerCore::answers_due(const Turn& turn, protocol::LearnerId id, LearnerLi
 void WorkerCore::send_new_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner) {
   const std::int64_t oldest = answers_.first_index(id);
   std::int64_t next = std::max(oldest, learner.last_index_sent() + 1);
-  const std::optional<std::int64_t> again = learner.take_wanted_again();
-  if (again && oldest <= *again && *again < next) {
-    next = std::max(next, send_batch(turn, id, learner, *again));
+  if (const auto again = learner.take_wanted_again()) {
+    const std::int64_t last_again = std::min(again->second, learner.last_index_sent());
+    std::int64_t at = std::max(oldest, again->first);
+    while (at <= last_again) at = send_batch(turn, id, learner, at);
+    next = std::max(next, at);
   }
   const std::int64_t last = answers_.last_index(id);
   if (next <= last && learner.loses_batches()) {

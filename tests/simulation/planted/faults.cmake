@@ -225,6 +225,5 @@ plant("what is read past a gap is said to be seen" learner/core/results_read.cc
   [[if (PLANTED || first <= last_without_gap_ + 1) {]])
 
 plant("an answer that is seen and not settled is dropped" workers/core/worker_core.cc
-  [[answers_.acknowledge(batch.learner_id, acknowledgement.result_index);]]
-  [[answers_.acknowledge(batch.learner_id, PLANTED ? acknowledgement.seen_index
-                                                   : acknowledgement.result_index);]])
+  [[answers_.acknowledge(batch.learner_id, settled);]]
+  [[answers_.acknowledge(batch.learner_id, PLANTED ? acknowledgement.seen_index : settled);]])
