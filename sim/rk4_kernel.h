@@ -28,8 +28,8 @@ TREEROLL_LANE_INLINE void sin_cos_of_both(V phi1, V phi2, V& s1, V& c1, V& s2, V
   }
 }
 
-/// state_derivative() of sim/equations_of_motion.h. Sines of angles past 2048 rad lose digits, and
-/// past 1e15 rad all of them: long before, a plant with a fixed step has diverged.
+/// state_derivative() of sim/equations_of_motion.h. Angles are neither wrapped nor bounded here:
+/// past 2048 rad, 326 turns, their sines lose digits.
 template <class V>
 TREEROLL_LANE_INLINE State<V> derivative(const DoublePendulum& p, const State<V>& state,
                                          V cart_acceleration) {

@@ -41,7 +41,7 @@ class Gmr {
     Eigen::VectorXd weights;            ///< K, (A-11)
     Eigen::VectorXd conditional;        ///< dO, (A-7)
     Eigen::VectorXd mean;               ///< dO, (A-9)
-    std::vector<double> lanes;          ///< a weight a component and lane, inputs, outputs
+    std::vector<double> lanes;          ///< a weight a component and lane
   };
   WorkSpace work_space() const;
   /// The same without allocating. Precondition: `work` is of this regression, the spans have dI and

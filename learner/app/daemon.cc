@@ -278,6 +278,8 @@ int run_learner(const LearnerOptions& options) {
   if (resumes) {
     // Locked first: what a study is, its journal says too.
     check_resumable(options.resume_dir);
+    // Of a study that a later program has written nothing is touched.
+    read_study_name(study_of(options.resume_dir));
     files = state_files(options.resume_dir);
     journal = std::make_unique<JournalWriter>(files.journal);
     if (options.salvage) salvage(files.journal);

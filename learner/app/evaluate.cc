@@ -179,6 +179,10 @@ void print(const Worth& worth, bool as_json) {
 
 void evaluate_policy(const EvaluateOptions& options) {
   check_paths(options);
+  if (options.seed > std::numeric_limits<std::int64_t>::max() - (options.evaluations - 1)) {
+    throw ConfigError("--seed", std::to_string(options.seed),
+                      fmt::format("must leave room for {} seeds", options.evaluations));
+  }
   const PolicyFile file = read_policy_file("POLICY", options.policy_file, learnable_policies());
   const LoadedStudy loaded = load_study(options.study_file, options.overrides);
   const std::size_t chosen = choose_condition(loaded.study, options.condition);
@@ -192,10 +196,6 @@ void evaluate_policy(const EvaluateOptions& options) {
   }();
   check_dims(*file.policy, task, options.policy_file);
 
-  if (options.seed > std::numeric_limits<std::int64_t>::max() - (options.evaluations - 1)) {
-    throw ConfigError("--seed", std::to_string(options.seed),
-                      fmt::format("must leave room for {} seeds", options.evaluations));
-  }
   std::vector<Outcome> outcomes;
   for (int i = 0; i < options.evaluations; ++i) {
     const PolicyEvaluation done = evaluate_with(options.worker_program, task,

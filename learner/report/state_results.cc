@@ -1,6 +1,9 @@
 #include "learner/report/state_results.h"
 
-#include <algorithm>
+#include <spdlog/spdlog.h>
+
+#include <optional>
+#include <utility>
 
 #include "learner/results/state_directory.h"
 #include "learner/results/summary.h"
@@ -11,16 +14,42 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of a journal that is damaged the files may stand all the same: they were written before. Of one
-/// whose study has been extended they are those of the study before, sealed or not.
-bool has_complete_files(const StateFiles& files) {
-  for (const char* file : {"runs.csv", "rollouts.csv"}) {
-    if (!fs::is_regular_file(files.directory / file)) return false;
+bool has_tables(const fs::path& directory) {
+  return fs::is_regular_file(directory / "runs.csv") &&
+         fs::is_regular_file(directory / "rollouts.csv");
+}
+
+/// Nothing of a journal that is not there or damaged.
+std::optional<JournalTail> tail_of(const fs::path& journal) {
+  if (!fs::is_regular_file(journal)) return std::nullopt;
+  const Result<JournalTail> tail = read_journal(journal, [](const JournalRecord&) {});
+  return tail ? std::optional(*tail) : std::nullopt;
+}
+
+/// Nothing of a study that cannot be read here, where its tables can: one of an earlier version
+/// whose demonstration is gone, say.
+std::optional<StateStudy> study_beside_tables(const StateFiles& files, bool has_journal) {
+  try {
+    if (has_journal) return read_state_study(files);
+    StateStudy state;
+    state.loaded = load_study(study_of(files.directory), {});
+    return state;
+  } catch (const StudyError& error) {
+    spdlog::warn("its tables are read without the study: {}", error.what());
+    return std::nullopt;
   }
-  if (!fs::is_regular_file(files.journal)) return true;
-  const Result<JournalTail> tail = read_journal(files.journal, [](const JournalRecord&) {});
-  if (!tail) return true;
-  return tail->sealed && !read_state_study(files).in_journal.is_before_extension;
+}
+
+StudyResults results_of_journal(const StateFiles& files) {
+  const StateStudy state = read_state_study(files);
+  learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
+  fold_state(files, state, TimePoint{}, core);
+  StudyResults results{.name = read_study_name(study_of(files.directory)),
+                       .directory = files.directory,
+                       .runs = std::move(core).run_records()};
+  results.determinism = determinism_of(state.loaded.study);
+  results.missing = what_is_missing(state.loaded.study, results.runs);
+  return results;
 }
 
 }  // namespace
@@ -28,27 +57,17 @@ bool has_complete_files(const StateFiles& files) {
 StudyResults read_state_results(const fs::path& directory) {
   const StateFiles files{directory, journal_of(directory)};
   const std::string name = read_study_name(study_of(directory));
-  if (!has_complete_files(files)) {
-    const StateStudy state = read_state_study(files);
-    learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
-    fold_state(files, state, TimePoint{}, core);
-    StudyResults results{
-        .name = name, .directory = directory, .runs = std::move(core).run_records()};
-    results.determinism = determinism_of(state.loaded.study);
-    results.missing = what_is_missing(state.loaded.study, results.runs);
-    return results;
-  }
+  // Of a journal that is damaged the files may stand all the same: they were written before.
+  const std::optional<JournalTail> tail = tail_of(files.journal);
+  if (!has_tables(directory) || (tail && !tail->sealed)) return results_of_journal(files);
+  const std::optional<StateStudy> state = study_beside_tables(files, tail.has_value());
+  // Those of a study that has been extended since are those of the study before.
+  if (state && state->in_journal.is_before_extension) return results_of_journal(files);
   StudyResults results = read_study_results(directory);
   results.name = name;
-  try {
-    results.determinism = determinism_of(load_study(study_of(directory), {}).study);
-  } catch (const StudyError&) {
-    // Of a study that another program has written the tables are read all the same.
-  }
-  const bool all_ended = std::all_of(results.runs.begin(), results.runs.end(),
-                                     [](const RunRecord& run) { return run.final_reward; });
-  if (!all_ended && fs::is_regular_file(files.journal)) {
-    results.missing = what_is_missing(read_state_study(files).loaded.study, results.runs);
+  if (state) {
+    results.determinism = determinism_of(state->loaded.study);
+    if (tail) results.missing = what_is_missing(state->loaded.study, results.runs);
   }
   return results;
 }

@@ -72,9 +72,9 @@ StateStudy read_state_study(const StateFiles& files, const std::vector<std::stri
   }
   check_extends(before, state.loaded, overrides.empty() ? file.string() : kCommandLineOrigin);
   state.in_journal = {.id = id_of(before), .repetitions = before.study.repetitions};
-  if (!has_grown(before.study, state.loaded.study)) return state;
-  state.in_journal.is_before_extension = true;
   state.extension = describe_extension(before.study, state.loaded.study);
+  if (state.extension.empty()) return state;
+  state.in_journal.is_before_extension = true;
   state.text_before = std::move(before.text);
   return state;
 }
@@ -126,8 +126,11 @@ std::vector<std::string> verify_earlier_studies(const StateFiles& files, const S
   std::vector<std::string> extensions;
   for (std::size_t i = 0; i < earlier.size(); ++i) {
     const LoadedStudy& loaded = earlier[i];
-    const LoadedStudy& next = i + 1 < earlier.size() ? earlier[i + 1] : state.loaded;
-    check_extends(loaded, next, study_of(files.directory).string());
+    const bool is_last = i + 1 == earlier.size();
+    const LoadedStudy& next = is_last ? state.loaded : earlier[i + 1];
+    const fs::path file = is_last ? study_of(files.directory)
+                                  : earlier_study_of(files.directory, static_cast<int>(i) + 2);
+    check_extends(loaded, next, file.string());
     learner::LearnerCore core(loaded.study, learner::LearnerSettings{});
     fold_journal(files.journal, {id_of(loaded), loaded.study.repetitions}, TimePoint{}, core);
     extensions.push_back(describe_extension(loaded.study, next.study));

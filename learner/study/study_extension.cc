@@ -76,15 +76,6 @@ void check_extends(const LoadedStudy& before, const LoadedStudy& after,
   }
 }
 
-bool has_grown(const Study& before, const Study& after) {
-  bool grown = after.repetitions != before.repetitions || after.stop_after != before.stop_after;
-  for (std::size_t i = 0; i < before.conditions.size(); ++i) {
-    grown = grown || after.conditions[i].exploration.num_rollouts !=
-                         before.conditions[i].exploration.num_rollouts;
-  }
-  return grown;
-}
-
 std::string describe_extension(const Study& before, const Study& after) {
   std::string text;
   add(text, "study.repetitions", std::to_string(before.repetitions),

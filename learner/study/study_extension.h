@@ -21,9 +21,6 @@ LoadedStudy load_extended(const std::filesystem::path& file,
 void check_extends(const LoadedStudy& before, const LoadedStudy& after,
                    const std::string& location);
 
-/// Any of the three is more than before.
-bool has_grown(const Study& before, const Study& after);
-
 /// What has grown, for a person: "study.rollouts from 300 to 600"; empty if nothing has.
 std::string describe_extension(const Study& before, const Study& after);
 

@@ -17,12 +17,6 @@ inline std::string study_text(const std::string& order) {
       "mode = \"sleep\"\nduration_us = 500"});
 }
 
-struct Said {
-  int status = -1;
-  std::string output;
-  std::string errors;
-};
-
 class ReplayTest : public ::testing::Test {
  protected:
   /// Learns the study into the directory of that name.
@@ -38,9 +32,7 @@ class ReplayTest : public ::testing::Test {
     return directory;
   }
   Said run(const std::string& program, const std::vector<std::string>& arguments) const {
-    Daemon process(program, arguments, service_.directory());
-    const int status = process.wait(std::chrono::seconds(60));
-    return {status, process.standard_output(), process.standard_error()};
+    return service_.run(program, arguments);
   }
   Said verify(const std::filesystem::path& directory) const {
     return run("treeroll-replay", {directory.string(), "--verify"});

@@ -188,8 +188,14 @@ TEST_F(ReplayTest, ALaterFormIsRefusedByEveryProgram) {
   std::string study = read_file(directory / "study.toml");
   study.replace(study.find("format = 2"), 10, "format = 3");
   write_file(directory / "study.toml", study + "\n[cameras]\nnumber = 2\n");
-  for (const std::string program : {"treeroll-replay", "treeroll-report"}) {
-    const Said refused = run(program, {directory.string()});
+  const std::string policy = (directory / "policies" / "tree-0.json").string();
+  const std::vector<std::pair<std::string, std::vector<std::string>>> calls = {
+      {"treeroll-replay", {directory.string()}},
+      {"treeroll-report", {directory.string()}},
+      {"treeroll-learner", {"--resume", directory.string(), "--salvage"}},
+      {"treeroll-evaluate", {policy, (directory / "study.toml").string(), "--condition", "tree"}}};
+  for (const auto& [program, arguments] : calls) {
+    const Said refused = run(program, arguments);
     EXPECT_EQ(refused.status, 2) << program;
     EXPECT_THAT(refused.errors, HasSubstr("this program reads forms up to 2: take treeroll "));
   }

@@ -106,6 +106,12 @@ Service::Service() {
                      20000 + number % 30000);
 }
 
+Said Service::run(const std::string& program, const std::vector<std::string>& arguments) const {
+  Daemon process(program, arguments, directory_);
+  const int status = process.wait(std::chrono::seconds(60));
+  return {status, process.standard_output(), process.standard_error()};
+}
+
 fs::path Service::study(const std::string& text) const {
   const fs::path path = directory_ / fmt::format("study-{}.toml", next_number++);
   write_file(path, text);

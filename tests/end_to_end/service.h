@@ -45,6 +45,13 @@ std::filesystem::path executable(const std::string& name);
 std::string read_file(const std::filesystem::path& path);
 void write_file(const std::filesystem::path& path, const std::string& text);
 
+/// What a program that has ended has said.
+struct Said {
+  int status = -1;
+  std::string output;
+  std::string errors;
+};
+
 /// A fresh directory of the test's own, removed at the end, and a multicast group and port of its
 /// own on this host.
 class Service {
@@ -56,6 +63,9 @@ class Service {
 
   /// Writes a study and gives its path.
   std::filesystem::path study(const std::string& text) const;
+
+  /// Runs a program in the directory to its end.
+  Said run(const std::string& program, const std::vector<std::string>& arguments) const;
 
   struct Learnt {
     int status = -1;

@@ -42,15 +42,8 @@ class StandaloneTest : public ::testing::Test {
     write_file(service_.directory() / "demo.csv", demonstration);
   }
 
-  struct Said {
-    int status = -1;
-    std::string output;
-    std::string errors;
-  };
   Said run(const std::string& program, const std::vector<std::string>& arguments) const {
-    Daemon process(program, arguments, service_.directory());
-    const int status = process.wait(seconds(60));
-    return {status, process.standard_output(), process.standard_error()};
+    return service_.run(program, arguments);
   }
   Said learn(const fs::path& study, const fs::path& state) const {
     return run("treeroll-learner", {study.string(), "--lcm-url", service_.url(), "--local-workers",
