@@ -67,6 +67,8 @@ class CartPendulumPlant {
   /// number of roll-outs, and whoever is beside one. Precondition: input_times() is not empty.
   virtual std::vector<Result<CartPendulumState>> simulate_open_loop(
       std::span<const OpenLoop> rollouts, double duration_s, const OpenLoopVisitor& visit);
+  /// Whether that is more than one after the other.
+  virtual bool side_by_side() const { return false; }
 };
 
 }  // namespace treeroll::sim

@@ -19,6 +19,7 @@ class Rk4Plant : public CartPendulumPlant {
   std::vector<Result<CartPendulumState>> simulate_open_loop(std::span<const OpenLoop> rollouts,
                                                             double duration_s,
                                                             const OpenLoopVisitor& visit) override;
+  bool side_by_side() const override { return true; }
 
  private:
   DoublePendulum pendulum_;

@@ -22,13 +22,9 @@ void regression(benchmark::State& state) {
   std::size_t next = 0;
   for (auto _ : state) {
     const Eigen::VectorXd& input = inputs[next++ % kNumInputs];
-    if (input_dim == 1 && output_dim == 1) {
-      benchmark::DoNotOptimize(gmr.regress(input[0]));
-    } else {
-      gmr.regress({input.data(), static_cast<std::size_t>(input_dim)}, work,
-                  {output.data(), static_cast<std::size_t>(output_dim)});
-      benchmark::DoNotOptimize(output.data());
-    }
+    gmr.regress({input.data(), static_cast<std::size_t>(input_dim)}, work,
+                {output.data(), static_cast<std::size_t>(output_dim)});
+    benchmark::DoNotOptimize(output.data());
   }
 }
 BENCHMARK(regression)

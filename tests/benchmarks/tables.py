@@ -120,6 +120,10 @@ def report(measured):
              f"{machine['processors']} processors ({machine['processor']}), Linux "
              f"{machine['kernel']}, {machine['system']}. Load of the machine at the start, and after "
              f"the parts and each round: {loads}."]
+    rounds = len(machine["loads"]) - 2
+    if measured["comparison"]:
+        texts.append(f"{rounds} rounds of the comparison." if rounds > 1 else
+                     "One round of the comparison: no spread is known.")
     if measured["quick"]:
         texts.append("From `--quick`: no measure of anything.")
     for part in dict.fromkeys(row["part"] for row in measured["comparison"]):

@@ -115,7 +115,9 @@ Outcome SwingUpTask::roll_out(Controller& controller, std::uint64_t seed, Trace*
       });
 }
 
-bool SwingUpTask::side_by_side() const { return plant_.deterministic() && !input_times_s_.empty(); }
+bool SwingUpTask::side_by_side() const {
+  return plant_.deterministic() && plant_.plant().side_by_side();
+}
 
 std::vector<Outcome> SwingUpTask::evaluate_all(std::span<const Evaluation> evaluations) {
   if (!side_by_side()) return Task::evaluate_all(evaluations);
