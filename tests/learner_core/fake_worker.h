@@ -56,7 +56,8 @@ class FakeWorker {
                                                       refusal.empty() ? description : refusal});
     } else if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
       const bool is_first = last_batch_ == 0;
-      received_ = received_ << (batch->sequence - last_batch_) | 1;  // they come in order
+      const std::int64_t step = batch->sequence - last_batch_;  // they come in order
+      received_ = (step < protocol::kBatchBits ? received_ << static_cast<unsigned>(step) : 0) | 1;
       last_batch_ = batch->sequence;
       if (is_first) replies.emplace_back(status(batch->learner_id));
       for (const protocol::Acknowledgement& ack : batch->acknowledgements) {
@@ -103,7 +104,7 @@ class FakeWorker {
     batch.last_batch = last_batch_;
     batch.free_slots = 64 - static_cast<int>(held_.size());
     batch.first_index = first_index_;
-    batch.batches_received = received_;
+    batch.batches_received = static_cast<std::int64_t>(received_);
     batch.oldest_index = first_index_;
     batch.results.assign(unacknowledged_.begin(), unacknowledged_.end());
     return batch;
@@ -145,7 +146,7 @@ class FakeWorker {
   std::deque<protocol::RolloutResult> unacknowledged_;
   std::int64_t first_index_ = 1;
   std::int64_t last_batch_ = 0;
-  std::int64_t received_ = 0;
+  std::uint64_t received_ = 0;
   TimePoint busy_until_;
 };
 
