@@ -20,6 +20,7 @@ const std::map<std::string, Room>& rooms() {
       {"workers/tasks",
        {.arrows = {"sim", "common/policy", "common/mixture"}, .is_portable = true}},
       {"workers/core", {.arrows = {"common/protocol"}, .is_core = true}},
+      {"workers/policy_library", {.arrows = {"common/policy/kinds"}, .is_portable = true}},
       {"workers/user_program", {.arrows = {"workers/tasks"}}},
       {"workers/check_evaluator",
        {.arrows = {"workers/user_program", "common/policy/kinds", "common/files",

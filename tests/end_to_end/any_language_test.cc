@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
-constexpr const char* kStudy = R"([study]
+constexpr const char* kReachStudy = R"([study]
 name = "reach"
 rollouts = 40
 repetitions = 2
@@ -48,7 +48,7 @@ class AnyLanguageTest : public ::testing::Test {
   }
 
   const Service service_;
-  const fs::path study_ = service_.study(kStudy);
+  const fs::path study_ = service_.study(kReachStudy);
 };
 
 TEST_F(AnyLanguageTest, IsLearntReplayedEvaluatedAndReported) {
