@@ -16,6 +16,7 @@ const std::map<std::string, Room>& rooms() {
        {.arrows = {"common/policy/tree"}, .is_core = true, .is_portable = true}},
       {"common/protocol", {.arrows = {"common/base"}, .is_core = true}},
       {"common/transport", {.arrows = {"common/protocol", "lcmtypes"}}},
+      {"common/doctor", {.arrows = {"common/transport", "common/program"}}},
       {"sim", {.arrows = {"common/base"}, .is_portable = true}},
       {"workers/tasks",
        {.arrows = {"sim", "common/policy", "common/mixture"}, .is_portable = true}},
