@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "learner/web/page_options.h"
+
 namespace treeroll {
 
 /// The command line of treeroll-learner.
@@ -18,6 +20,7 @@ struct LearnerOptions {
   std::filesystem::path worker_program;
   bool needs_worker_program = false;  ///< else remote workers may describe and evaluate the tasks
   std::string lcm_url;                ///< resolved
+  web::PageOptions page;              ///< --http
   bool json = false;                  ///< print the summary as JSON on standard output
 };
 
