@@ -86,6 +86,8 @@ void Loop::run() {
   implementation_->context.restart();
 }
 
+asio::io_context& Loop::context() { return implementation_->context; }
+
 void Loop::stop() { implementation_->context.stop(); }
 
 void Loop::on_signals(const std::vector<int>& signals, std::function<void(int signal)> callback) {

@@ -6,6 +6,10 @@
 
 #include "common/base/time.h"
 
+namespace boost::asio {
+class io_context;
+}
+
 namespace treeroll::transport {
 
 /// The event loop of a daemon: one thread, timers, descriptors and signals (Boost.Asio behind it,
@@ -32,6 +36,9 @@ class Loop {
   void forget(int descriptor);
   /// Runs `callback` after the events that are ready now: used to act once on a drained inbox.
   void after_ready_events(std::function<void()> callback);
+
+  /// For what Asio alone can do in this loop: learner/web accepts connections.
+  boost::asio::io_context& context();
 
  private:
   friend class Timer;

@@ -33,6 +33,13 @@ void describe_learner(CommandLine& line, LearnerOptions& options) {
            "study: more study.rollouts, study.repetitions or study.stop_after_s")
       .one_value_each_time();
   resume.excludes(study).excludes(state_dir);
+  const Option http = line.add("--http", options.page.address,
+                               "[ADDRESS:]PORT: show a page that follows the learning; 127.0.0.1 "
+                               "unless ADDRESS is another, port 0: one that is free");
+  line.add("--http-token-file", options.page.token_file,
+           "With --http: file with the token that a browser must bring; needed on an address that "
+           "other hosts reach")
+      .needs(http);
   line.add("--json", options.json, "Print the summary as JSON on standard output");
   line.require_any("STUDY or --resume DIR", {study, resume});
   line.end_help_with(

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "learner/web/page_options.h"
 #include "learner/worker_program/worker_program.h"
 
 namespace treeroll {
@@ -20,6 +21,7 @@ struct LearnerOptions {
   WorkerProgram worker_program;
   bool needs_worker_program = false;  ///< else remote workers may describe and evaluate the tasks
   std::string lcm_url;                ///< resolved
+  web::PageOptions page;              ///< --http
   bool json = false;                  ///< print the summary as JSON on standard output
 };
 

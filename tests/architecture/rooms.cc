@@ -16,6 +16,7 @@ const std::map<std::string, Room>& rooms() {
        {.arrows = {"common/policy/tree"}, .is_core = true, .is_portable = true}},
       {"common/protocol", {.arrows = {"common/base"}, .is_core = true}},
       {"common/transport", {.arrows = {"common/protocol", "lcmtypes"}}},
+      {"common/doctor", {.arrows = {"common/transport", "common/program"}}},
       {"sim", {.arrows = {"common/base"}, .is_portable = true}},
       {"workers/tasks",
        {.arrows = {"sim", "common/policy", "common/mixture"}, .is_portable = true}},
@@ -40,9 +41,12 @@ const std::map<std::string, Room>& rooms() {
       {"learner/report/figures",
        {.arrows = {"learner/report/statistics", "learner/worker_program"}}},
       {"learner/report", {.arrows = {"learner/report/figures", "learner/state", "common/program"}}},
+      {"learner/web/views", {.arrows = {"learner/core"}, .is_core = true}},
+      {"learner/web",
+       {.arrows = {"learner/web/views", "learner/worker_program", "common/transport",
+                   "common/files"}}},
       {"learner/app",
-       {.arrows = {"learner/state", "learner/worker_program", "common/transport",
-                   "common/program"}}},
+       {.arrows = {"learner/state", "learner/web", "learner/report/figures", "common/program"}}},
       {"deploy/own_task", {.arrows = {"workers/app"}, .is_portable = true}},
   };
   return table;

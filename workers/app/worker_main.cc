@@ -12,6 +12,7 @@
 #include "common/program/host_name.h"
 #include "common/program/process_start.h"
 #include "common/program/program.h"
+#include "common/program/random_id.h"
 #include "common/protocol/limits.h"
 #include "common/transport/bus.h"
 #include "workers/app/evaluate_policy.h"
