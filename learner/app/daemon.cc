@@ -143,6 +143,9 @@ class LearnerDaemon : private learner::EffectHandler {
 
  private:
   void open_page(const LoadedStudy& loaded, const fs::path& directory) {
+    std::vector<std::string> shows = options_.worker_program.arguments(
+        {directory.string(), "--worker-program", options_.worker_program.path.string()});
+    shows.emplace_back("--show");
     web::StudyFacts facts{.program = program_version(),
                           .host_name = settings_.host,
                           .incarnation = std::to_string(settings_.learner_id),
@@ -150,9 +153,7 @@ class LearnerDaemon : private learner::EffectHandler {
                           .columns = loaded.columns,
                           .demonstrations = loaded.demonstrations};
     page_.emplace(loop_, options_.page, *core_, std::move(facts),
-                  web::ShowingProgram{program_beside_us("treeroll-replay"),
-                                      {directory.string(), "--worker-program",
-                                       options_.worker_program.string(), "--show"}});
+                  web::ShowingProgram{program_beside_us("treeroll-replay"), std::move(shows)});
     spdlog::info("the page is {}", page_->url());
   }
 

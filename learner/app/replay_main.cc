@@ -37,9 +37,10 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
           .excludes(format)
           .excludes(rollout)
           .excludes(start);
-  line.add("--worker-program", options.worker_program,
+  line.add("--worker-program", options.worker_program.path,
            "Worker executable that knows the task [treeroll-worker beside this one]")
       .needs(shown);
+  line.add("--evaluator", options.worker_program.evaluator, kEvaluatorHelp).needs(shown);
   const Option results =
       line.add("--results", options.results_dir,
                "New directory for the result files of what has been learnt so far")
@@ -54,8 +55,8 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
 }
 
 int work(ReplayOptions& options) {
-  if (options.worker_program.empty()) {
-    options.worker_program = program_beside_us("treeroll-worker");
+  if (options.worker_program.path.empty()) {
+    options.worker_program.path = program_beside_us("treeroll-worker");
   }
   return replay(options) ? kExitDone : kExitDiffers;
 }
