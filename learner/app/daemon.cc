@@ -26,6 +26,7 @@
 #include "common/transport/loop.h"
 #include "learner/app/local_worker.h"
 #include "learner/app/progress_line.h"
+#include "learner/app/told_record.h"
 #include "learner/core/carry_out.h"
 #include "learner/core/learner_core.h"
 #include "learner/journal/journal_file.h"
@@ -166,11 +167,7 @@ class LearnerDaemon : private learner::EffectHandler {
   /// What the journal holds already is told as what is written to it.
   FoldHooks hooks_of_page() {
     if (!page_) return {};
-    return {.after = [this](const JournalRecord& record) {
-      if (const auto* result = std::get_if<AcceptedResult>(&record))
-        page_->study().accepted(*result);
-      if (const auto* worker = std::get_if<KnownWorker>(&record)) page_->study().accepted(*worker);
-    }};
+    return {.after = [this](const JournalRecord& record) { tell(page_->study(), record); }};
   }
 
   void begin_journal(const JournalTail& tail, const StateFiles& files, const StateStudy& state) {

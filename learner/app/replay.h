@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <string>
 
+#include "learner/web/page_options.h"
+
 namespace treeroll {
 
 /// The command line of treeroll-replay.
@@ -12,6 +14,7 @@ struct ReplayOptions {
   bool refit = false;                         ///< with verify: fit the start policies again
   std::string export_format;                  ///< "csv", "jsonl" or empty
   std::string rollout;                        ///< RUN:ROLLOUT whose policy is asked for, or empty
+  web::PageOptions page;                      ///< where it is to be served, or nowhere
   std::string shown;                          ///< RUN:ROLLOUT that is to be shown, or empty
   std::filesystem::path worker_program = {};  ///< that simulates it once more
   std::string start;                  ///< condition whose start policy is asked for, or empty
