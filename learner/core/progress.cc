@@ -172,7 +172,7 @@ void LearnerCore::publish_status(const Turn& turn) {
   status.elapsed_s = to_seconds(turn.now - started_at_);
   status.num_runs = static_cast<std::int32_t>(runs_.size());
   status.num_runs_done = num_done_;
-  status.num_workers = workforce_.workers().num_joined();
+  status.num_workers = workforce_.count_workers(turn.now);
   status.num_evaluators = workforce_.workers().num_evaluators();
   status.num_evaluations = static_cast<std::int64_t>(runs_.size()) * (1 + study_.final_evaluations);
   status.num_evaluated = num_evaluated_;
