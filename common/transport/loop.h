@@ -8,8 +8,8 @@
 
 namespace treeroll::transport {
 
-/// The event loop of a daemon: one thread, timers, descriptors and signals (Boost.Asio behind it,
-/// kept out of this header). Callbacks run one at a time inside run() and must not throw.
+/// The event loop of a daemon: one thread, timers, descriptors and signals. Callbacks run one at a
+/// time inside run() and must not throw.
 class Loop {
  public:
   Loop();
@@ -24,13 +24,15 @@ class Loop {
   void run();
   void stop();
 
-  /// Runs `callback` on each of these signals instead of their default action.
+  /// Runs `callback` on each of these signals instead of their default action. They stay blocked in
+  /// this thread, when the loop is gone too: who has ended in order is not ended by a late one.
   void on_signals(const std::vector<int>& signals, std::function<void(int signal)> callback);
-  /// Runs `callback` whenever `descriptor` is readable, until forget(descriptor). The loop does
-  /// not own the descriptor; forget it before closing it.
+  /// Runs `callback` once a turn while `descriptor` is readable, until forget(descriptor). The loop
+  /// does not own the descriptor; forget it before closing it.
   void watch(int descriptor, std::function<void()> callback);
   void forget(int descriptor);
-  /// Runs `callback` after the events that are ready now: used to act once on a drained inbox.
+  /// Runs `callback` after the events that are ready now and those that one more look finds: used
+  /// to act once on a drained inbox.
   void after_ready_events(std::function<void()> callback);
 
  private:
@@ -54,6 +56,7 @@ class Timer {
   bool is_set() const;
 
  private:
+  friend class Loop;
   struct State;
   std::shared_ptr<State> state_;
 };
