@@ -96,8 +96,7 @@ class LearnerDaemon : private learner::EffectHandler {
     if (has_page) open_page(loaded, directory);
   }
 
-  /// The loop gives the signals up, which would then end a learner that is done.
-  ~LearnerDaemon() override { block_stop_signals(); }
+  ~LearnerDaemon() override = default;
   LearnerDaemon(const LearnerDaemon&) = delete;
   LearnerDaemon& operator=(const LearnerDaemon&) = delete;
 
@@ -116,8 +115,8 @@ class LearnerDaemon : private learner::EffectHandler {
   }
 
   void run() {
-    if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
     loop_.on_signals(stop_signals(), [this](int signal) { stop(signal); });
+    if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
     if (options_.local_workers > 0) {
       loop_.on_signals({SIGCHLD}, [this](int) {
         if (local_worker_) watch_local_worker();
