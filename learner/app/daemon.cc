@@ -26,6 +26,8 @@
 #include "common/transport/loop.h"
 #include "learner/app/local_worker.h"
 #include "learner/app/progress_line.h"
+#include "learner/app/showing.h"
+#include "learner/app/told_record.h"
 #include "learner/core/carry_out.h"
 #include "learner/core/learner_core.h"
 #include "learner/journal/journal_file.h"
@@ -94,8 +96,7 @@ class LearnerDaemon : private learner::EffectHandler {
     if (has_page) open_page(loaded, directory);
   }
 
-  /// The loop gives the signals up, which would then end a learner that is done.
-  ~LearnerDaemon() override { block_stop_signals(); }
+  ~LearnerDaemon() override = default;
   LearnerDaemon(const LearnerDaemon&) = delete;
   LearnerDaemon& operator=(const LearnerDaemon&) = delete;
 
@@ -114,8 +115,8 @@ class LearnerDaemon : private learner::EffectHandler {
   }
 
   void run() {
-    if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
     loop_.on_signals(stop_signals(), [this](int signal) { stop(signal); });
+    if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
     if (options_.local_workers > 0) {
       loop_.on_signals({SIGCHLD}, [this](int) {
         if (local_worker_) watch_local_worker();
@@ -143,9 +144,6 @@ class LearnerDaemon : private learner::EffectHandler {
 
  private:
   void open_page(const LoadedStudy& loaded, const fs::path& directory) {
-    std::vector<std::string> shows = options_.worker_program.arguments(
-        {directory.string(), "--worker-program", options_.worker_program.path.string()});
-    shows.emplace_back("--show");
     web::StudyFacts facts{.program = program_version(),
                           .host_name = settings_.host,
                           .incarnation = std::to_string(settings_.learner_id),
@@ -153,18 +151,14 @@ class LearnerDaemon : private learner::EffectHandler {
                           .columns = loaded.columns,
                           .demonstrations = loaded.demonstrations};
     page_.emplace(loop_, options_.page, *core_, std::move(facts),
-                  web::ShowingProgram{program_beside_us("treeroll-replay"), std::move(shows)});
+                  showing_program(directory, options_.worker_program));
     spdlog::info("the page is {}", page_->url());
   }
 
   /// What the journal holds already is told as what is written to it.
   FoldHooks hooks_of_page() {
     if (!page_) return {};
-    return {.after = [this](const JournalRecord& record) {
-      if (const auto* result = std::get_if<AcceptedResult>(&record))
-        page_->study().accepted(*result);
-      if (const auto* worker = std::get_if<KnownWorker>(&record)) page_->study().accepted(*worker);
-    }};
+    return {.after = [this](const JournalRecord& record) { tell(page_->study(), record); }};
   }
 
   void begin_journal(const JournalTail& tail, const StateFiles& files, const StateStudy& state) {

@@ -12,6 +12,7 @@
 #include "common/files/whole_file.h"
 #include "common/program/standard_output.h"
 #include "learner/app/export_rollouts.h"
+#include "learner/app/replay_page.h"
 #include "learner/app/replayed_policy.h"
 #include "learner/app/shown_rollout.h"
 #include "learner/journal/journal_fold.h"
@@ -255,6 +256,8 @@ bool replay(const ReplayOptions& options) {
     export_rollouts(files, options.export_format == "jsonl", options.output_file);
   } else if (!options.rollout.empty()) {
     write_policy_of_rollout(files, options.rollout, options.output_file);
+  } else if (!options.page.address.empty()) {
+    serve_journal(files, options.page, options.worker_program);
   } else if (!options.shown.empty()) {
     show_rollout(files, options.shown, options.worker_program, options.output_file);
   } else if (!options.start.empty()) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "learner/web/page_options.h"
 #include "learner/worker_program/worker_program.h"
 
 namespace treeroll {
@@ -14,6 +15,7 @@ struct ReplayOptions {
   bool refit = false;                 ///< with verify: fit the start policies again
   std::string export_format;          ///< "csv", "jsonl" or empty
   std::string rollout;                ///< RUN:ROLLOUT whose policy is asked for, or empty
+  web::PageOptions page;              ///< where it is to be served, or nowhere
   std::string shown;                  ///< RUN:ROLLOUT that is to be shown, or empty
   WorkerProgram worker_program = {};  ///< that simulates it once more
   std::string start;                  ///< condition whose start policy is asked for, or empty

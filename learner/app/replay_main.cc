@@ -37,10 +37,27 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
           .excludes(format)
           .excludes(rollout)
           .excludes(start);
+  const Option http =
+      line.add("--http", options.page.address,
+               "[ADDRESS:]PORT: show a page of the journal, also while it grows, until Ctrl-C; "
+               "127.0.0.1 unless ADDRESS is another, port 0: one that is free")
+          .excludes(verify)
+          .excludes(format)
+          .excludes(rollout)
+          .excludes(start)
+          .excludes(shown);
+  line.add("--http-token-file", options.page.token_file,
+           "With --http: file with the token that a browser must bring; needed on an address that "
+           "other hosts reach")
+      .needs(http);
   line.add("--worker-program", options.worker_program.path,
-           "Worker executable that knows the task [treeroll-worker beside this one]")
-      .needs(shown);
-  line.add("--evaluator", options.worker_program.evaluator, kEvaluatorHelp).needs(shown);
+           "For --show and --http: worker executable that knows the task [treeroll-worker beside "
+           "this one]")
+      .excludes(verify)
+      .excludes(format);
+  line.add("--evaluator", options.worker_program.evaluator, kEvaluatorHelp)
+      .excludes(verify)
+      .excludes(format);
   const Option results =
       line.add("--results", options.results_dir,
                "New directory for the result files of what has been learnt so far")
@@ -48,10 +65,12 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
           .excludes(format)
           .excludes(rollout)
           .excludes(start)
-          .excludes(shown);
+          .excludes(shown)
+          .excludes(http);
   line.add("--output", options.output_file, "File of what is asked for, not standard output")
       .excludes(verify)
-      .excludes(results);
+      .excludes(results)
+      .excludes(http);
 }
 
 int work(ReplayOptions& options) {

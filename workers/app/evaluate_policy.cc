@@ -47,8 +47,9 @@ Request read_request() {
   json resolved;
   SettingsReader reader(value, "request", resolved);
   request.policy = reader.string("policy");
-  request.seed = static_cast<std::uint64_t>(
-      reader.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
+  request.seed =
+      static_cast<std::uint64_t>(reader.integer("seed", std::numeric_limits<std::int64_t>::min(),
+                                                std::numeric_limits<std::int64_t>::max(), 0));
   request.trace = reader.boolean("trace", false);
   reader.finish();
   return request;

@@ -47,7 +47,6 @@ Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
 }
 
 WorkerDaemon::~WorkerDaemon() {
-  block_stop_signals();  // the loop gives them up, which would then end a worker that is done
   for (Slot& slot : slots_) {
     unwatch(slot);
     if (slot.process) slot.process->kill();  // all first, then each is waited for

@@ -71,7 +71,7 @@ function show_head() {
     ['best reward', shown(state.best_reward || null)],
     ['failed', counted(state.ledger.failed)],
   ];
-  if (state.stage !== 'replay') {
+  if (!page.study.is_replay) {
     facts.splice(2, 0, ['workers', `${counted(state.workers_joined)}, ${counted(state.evaluators)} evaluators`], ['pace', as_rate(state.rate_per_s)], ['left', as_time(state.left_s)], ['learning for', as_time(state.elapsed_s)]);
   }
   fill_list(by_id('facts'), facts);
@@ -155,7 +155,8 @@ const rollout_columns = [
 
 function show_tables() {
   const {state} = page;
-  const is_live = state.stage !== 'replay';
+  const is_live = !page.study.is_replay;
+  by_id('ledger-section').hidden = !is_live;
   fill(by_id('workers'), worker_columns, state.workers, {empty: is_live ? 'No worker is heard.' : 'A journal names only who has answered.'});
   set_text(by_id('workers-note'), state.num_workers > state.workers.length ? `${state.workers.length} of ${counted(state.num_workers)} are listed.` : '');
   fill(by_id('reasons'), reason_columns, state.reasons, {empty: 'No roll-out has failed.'});
@@ -289,7 +290,7 @@ async function look_at_rollout() {
   const {status, data} = await get(`/api/rollouts/${key}`);
   if (key !== page.wanted_key) return;
   if (status === 202) {
-    if (!page.shown) set_text(by_id('shown-title'), 'The roll-out is being simulated once more.');
+    if (!page.follows || !page.shown) set_text(by_id('shown-title'), `Run ${key.replace('/', ', roll-out ')} is being simulated once more ...`);
     return;
   }
   page.shown_key = key;
@@ -331,6 +332,7 @@ async function look() {
   if (page.incarnation !== data.incarnation) await begin_anew();
   page.failures_to_reach = 0;
   page.state = data;
+  by_id('main').hidden = false;
   show_head();
   alerts();
   show_legend();

@@ -18,6 +18,8 @@ function bounds_of(poses) {
   const box = {left: Infinity, right: -Infinity, low: Infinity, high: -Infinity};
   for (const pose of poses) {
     for (const points of pose) {
+      const is_outline = points.length > 4 && points[0] === points[points.length - 2] && points[1] === points[points.length - 1];
+      if (is_outline) continue;  // a body, not links with joints
       for (let i = 0; i + 1 < points.length; i += 2) {
         if (points[i] === null || points[i + 1] === null) continue;
         box.left = Math.min(box.left, points[i]);
@@ -60,7 +62,7 @@ export class Motion {
   set(trace) {
     this.trace = trace && trace.data.length > 1 && trace.data[0].length > 0 ? trace : null;
     this.canvas.hidden = !this.trace || trace.poses.length === 0;
-    by_id('traces').hidden = !this.trace;
+    by_id('traces').hidden = by_id('motion-controls').hidden = !this.trace;
     for (const {plot} of this.plots) plot.clear();
     this.plots = [];
     if (!this.trace) return;
@@ -194,6 +196,8 @@ export class Motion {
     context.strokeStyle = colour('ink');
     context.lineWidth = 1.5;
     for (const points of pose) {
+      const is_outline = points.length > 4 && points[0] === points[points.length - 2] && points[1] === points[points.length - 1];
+      if (is_outline) continue;  // a body, not links with joints
       for (let i = 0; i + 1 < points.length; i += 2) {
         context.beginPath();
         context.arc(x(points[i]), y(points[i + 1]), 3.5, 0, 2 * Math.PI);

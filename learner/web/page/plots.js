@@ -5,7 +5,7 @@ import {colour, condition_colour, condition_dash} from './net.js';
 
 function axes(x_title, y_title, small) {
   const look = {stroke: colour('quiet'), grid: {stroke: colour('grid'), width: 1}, ticks: {stroke: colour('grid'), width: 1}, font: `${small ? 10 : 12}px sans-serif`, labelFont: '12px sans-serif'};
-  const x = {...look, label: x_title, labelSize: x_title ? 18 : 0, size: small ? 22 : 28, space: small ? 40 : 60};
+  const x = {...look, label: x_title, labelSize: x_title ? 18 : 0, size: small ? 26 : 28, space: small ? 40 : 60};
   const y = {...look, label: y_title, labelSize: y_title ? 18 : 0, size: small ? 44 : 54, space: small ? 22 : 40, values: (_, marks) => marks.map((mark) => mark === null ? '' : String(+mark.toPrecision(6)))};
   if (!x_title) delete x.label;
   if (!y_title) delete y.label;
@@ -86,6 +86,7 @@ export function curves_plot(conditions, curves, hidden, measure) {
   const bands = [];
   const tables = [];
   const uprights = [];
+  let last = 10;  // of the roll-outs that there are
   conditions.forEach((condition, place) => {
     const of = curves[place];
     if (hidden.has(condition.name) || !of) return;
@@ -98,6 +99,8 @@ export function curves_plot(conditions, curves, hidden, measure) {
       series.push(no_line, no_line);
     }
     tables.push(table);
+    const ends = of.mean.findLastIndex((value) => value !== null);
+    if (ends >= 0) last = Math.max(last, of.rollout[ends] + of.rollouts_per_point / 2);
     for (const {median} of condition.switches) uprights.push([median, condition_colour(place)]);
   });
   const on_draw = (plot) => {
@@ -117,7 +120,7 @@ export function curves_plot(conditions, curves, hidden, measure) {
     ctx.restore();
   };
   const key = `${measure} ${conditions.map((each) => hidden.has(each.name) ? 0 : 1).join('')}`;
-  return [{key, series, bands, x_title: 'roll-outs', y_title: 'reward', on_draw}, tables.length ? uPlot.join(tables) : [[]]];
+  return [{key, series, bands, x_title: 'roll-outs', y_title: 'reward', on_draw, x_range: () => [1, last]}, tables.length ? uPlot.join(tables) : [[]]];
 }
 
 /** One run: the mean over neighbouring roll-outs, their range, switches, failures. */
@@ -161,5 +164,5 @@ export function run_plot(run) {
 
 export function rates_plot(rates) {
   const data = [rates.map((_, i) => i - rates.length + 1), rates];
-  return [{key: 'rates', x_title: 's', series: [line(0, {width: 1.5, fill: faint(condition_colour(0), .15)})], small: true, y_range: (low, high) => [0, high > 0 ? high * 1.1 : 1]}, data];
+  return [{key: 'rates', series: [line(0, {width: 1.5, fill: faint(condition_colour(0), .15)})], small: true, y_range: (low, high) => [0, high > 0 ? high * 1.1 : 1]}, data];
 }

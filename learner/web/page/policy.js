@@ -111,7 +111,8 @@ export class PolicyPicture {
     const layer = model.layers[place];
     const series = [{stroke: colour('c0'), width: 2.5, points: {show: false}}];
     const tables = [[layer.inputs, layer.outputs[output]]];
-    const key = [['c0', place === model.layers.length - 1 ? 'mean policy' : `mean policy, layer ${place + 1} alone`]];
+    const name = what.mean ? 'mean policy' : 'policy';
+    const key = [['c0', place === model.layers.length - 1 ? name : `${name}, layer ${place + 1} alone`]];
     const add = (policy, at, stroke, words, dash = []) => {
       const of = policy && policy.layers[at];
       if (!of || !of.outputs) return;
@@ -153,6 +154,7 @@ export class PolicyPicture {
       ctx.beginPath();
       ctx.rect(plot.bbox.left, plot.bbox.top, plot.bbox.width, plot.bbox.height);
       ctx.clip();
+      ctx.setLineDash([]);
       ctx.lineWidth = ratio;
       ctx.strokeStyle = faint(colour('c5'), .55);
       for (const draw of draws) path(what.noise.inputs.map((input, i) => [input, draw[output][i]]));

@@ -211,7 +211,7 @@ std::string state_view(const LiveStudy& study, TimePoint now) {
   json view{{"incarnation", study.facts().incarnation},
             {"version", study.version()},
             {"stage", stage(study)},
-            {"waiting_for", status.waiting_for},
+            {"waiting_for", study.facts().is_replay ? "" : status.waiting_for},
             {"failure", core.failure()},
             {"last_failure", status.last_failure},
             {"elapsed_s", status.elapsed_s},
