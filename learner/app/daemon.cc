@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <random>
 #include <set>
 #include <stdexcept>
 
@@ -20,12 +19,14 @@
 #include "common/program/log.h"
 #include "common/program/process_start.h"
 #include "common/program/program.h"
+#include "common/program/random_id.h"
 #include "common/program/standard_output.h"
 #include "common/protocol/timings.h"
 #include "common/transport/bus.h"
 #include "common/transport/loop.h"
 #include "learner/app/local_worker.h"
 #include "learner/app/progress_line.h"
+#include "learner/app/showing.h"
 #include "learner/app/told_record.h"
 #include "learner/core/carry_out.h"
 #include "learner/core/learner_core.h"
@@ -48,13 +49,6 @@ using transport::Channel;
 
 /// Their files take seconds, which is said.
 constexpr std::size_t kManyRuns = 300;
-
-/// A fresh name for this incarnation: answers to an earlier one cannot pass.
-protocol::LearnerId draw_learner_id() {
-  std::random_device device;
-  const std::uint64_t bits = (static_cast<std::uint64_t>(device()) << 32U) | device();
-  return static_cast<protocol::LearnerId>(bits >> 1U) | 1;
-}
 
 std::int64_t wall_time_us() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -102,8 +96,7 @@ class LearnerDaemon : private learner::EffectHandler {
     if (has_page) open_page(loaded, directory);
   }
 
-  /// The loop gives the signals up, which would then end a learner that is done.
-  ~LearnerDaemon() override { block_stop_signals(); }
+  ~LearnerDaemon() override = default;
   LearnerDaemon(const LearnerDaemon&) = delete;
   LearnerDaemon& operator=(const LearnerDaemon&) = delete;
 
@@ -122,8 +115,8 @@ class LearnerDaemon : private learner::EffectHandler {
   }
 
   void run() {
-    if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
     loop_.on_signals(stop_signals(), [this](int signal) { stop(signal); });
+    if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
     if (options_.local_workers > 0) {
       loop_.on_signals({SIGCHLD}, [this](int) {
         if (local_worker_) watch_local_worker();
@@ -158,9 +151,7 @@ class LearnerDaemon : private learner::EffectHandler {
                           .columns = loaded.columns,
                           .demonstrations = loaded.demonstrations};
     page_.emplace(loop_, options_.page, *core_, std::move(facts),
-                  web::ShowingProgram{program_beside_us("treeroll-replay"),
-                                      {directory.string(), "--worker-program",
-                                       options_.worker_program.string(), "--show"}});
+                  showing_program(directory, options_.worker_program));
     spdlog::info("the page is {}", page_->url());
   }
 
@@ -335,7 +326,7 @@ int run_learner(const LearnerOptions& options) {
   }
   LoadedStudy& loaded = state.loaded;
   learner::LearnerSettings settings;
-  settings.learner_id = draw_learner_id();
+  settings.learner_id = random_id();  // fresh: answers to an earlier incarnation cannot pass
   settings.host = host_name();
   settings.pid = getpid();
   const std::map<std::string, DescribedTask> tasks =

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "learner/web/page_options.h"
+#include "learner/worker_program/worker_program.h"
 
 namespace treeroll {
 
@@ -17,7 +18,7 @@ struct LearnerOptions {
   std::vector<std::string> overrides;  ///< KEY=VALUE, each
   std::filesystem::path state_dir;     ///< empty: treeroll-runs/NAME
   int local_workers = 0;               ///< evaluators of a worker daemon of our own; 0: none
-  std::filesystem::path worker_program;
+  WorkerProgram worker_program;
   bool needs_worker_program = false;  ///< else remote workers may describe and evaluate the tasks
   std::string lcm_url;                ///< resolved
   web::PageOptions page;              ///< --http

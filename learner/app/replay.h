@@ -4,6 +4,7 @@
 #include <string>
 
 #include "learner/web/page_options.h"
+#include "learner/worker_program/worker_program.h"
 
 namespace treeroll {
 
@@ -11,12 +12,12 @@ namespace treeroll {
 struct ReplayOptions {
   std::filesystem::path path;  ///< a state directory, or a journal beside its study.toml
   bool verify = false;
-  bool refit = false;                         ///< with verify: fit the start policies again
-  std::string export_format;                  ///< "csv", "jsonl" or empty
-  std::string rollout;                        ///< RUN:ROLLOUT whose policy is asked for, or empty
-  web::PageOptions page;                      ///< where it is to be served, or nowhere
-  std::string shown;                          ///< RUN:ROLLOUT that is to be shown, or empty
-  std::filesystem::path worker_program = {};  ///< that simulates it once more
+  bool refit = false;                 ///< with verify: fit the start policies again
+  std::string export_format;          ///< "csv", "jsonl" or empty
+  std::string rollout;                ///< RUN:ROLLOUT whose policy is asked for, or empty
+  web::PageOptions page;              ///< where it is to be served, or nowhere
+  std::string shown;                  ///< RUN:ROLLOUT that is to be shown, or empty
+  WorkerProgram worker_program = {};  ///< that simulates it once more
   std::string start;                  ///< condition whose start policy is asked for, or empty
   std::filesystem::path results_dir;  ///< for result files, or empty
   std::filesystem::path output_file;  ///< of what is asked for; empty: standard output

@@ -50,10 +50,12 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
            "With --http: file with the token that a browser must bring; needed on an address that "
            "other hosts reach")
       .needs(http);
-  line.add("--worker-program", options.worker_program,
+  line.add("--worker-program", options.worker_program.path,
            "For --show and --http: worker executable that knows the task [treeroll-worker beside "
-           "this "
-           "one]")
+           "this one]")
+      .excludes(verify)
+      .excludes(format);
+  line.add("--evaluator", options.worker_program.evaluator, kEvaluatorHelp)
       .excludes(verify)
       .excludes(format);
   const Option results =
@@ -72,8 +74,8 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
 }
 
 int work(ReplayOptions& options) {
-  if (options.worker_program.empty()) {
-    options.worker_program = program_beside_us("treeroll-worker");
+  if (options.worker_program.path.empty()) {
+    options.worker_program.path = program_beside_us("treeroll-worker");
   }
   return replay(options) ? kExitDone : kExitDiffers;
 }

@@ -10,10 +10,10 @@
 #include "common/program/host_name.h"
 #include "common/program/process_start.h"
 #include "common/program/program.h"
+#include "learner/app/showing.h"
 #include "learner/app/told_record.h"
 #include "learner/journal/journal_fold.h"
 #include "learner/web/live_page.h"
-#include "learner/worker_program/process.h"
 
 namespace treeroll {
 namespace {
@@ -27,7 +27,7 @@ web::HttpLimits limits() { return {.thread = {.share = .9, .at_once = std::chron
 class JournalPage {
  public:
   JournalPage(const StateFiles& files, const web::PageOptions& page,
-              const std::filesystem::path& worker_program)
+              const WorkerProgram& worker_program)
       : state_(read_state_study(files)),
         core_(state_.loaded.study, settings()),
         page_(loop_, page, core_,
@@ -39,9 +39,7 @@ class JournalPage {
                .is_replay = true,
                .columns = state_.loaded.columns,
                .demonstrations = state_.loaded.demonstrations},
-              {program_beside_us("treeroll-replay"),
-               {files.journal.string(), "--worker-program", worker_program.string(), "--show"}},
-              limits()),
+              showing_program(files.journal, worker_program), limits()),
         fold_(files.journal, state_.in_journal, loop_.now(), core_,
               {.after = [this](const JournalRecord& record) { tell(page_.study(), record); }}) {}
 
@@ -87,7 +85,7 @@ class JournalPage {
 }  // namespace
 
 void serve_journal(const StateFiles& files, const web::PageOptions& page,
-                   const std::filesystem::path& worker_program) {
+                   const WorkerProgram& worker_program) {
   JournalPage(files, page, worker_program).run();
 }
 

@@ -4,6 +4,7 @@
 
 #include "learner/state/state_study.h"
 #include "learner/web/page_options.h"
+#include "learner/worker_program/worker_program.h"
 
 namespace treeroll {
 
@@ -12,6 +13,6 @@ namespace treeroll {
 /// Throws ConfigError for an address that cannot be had, std::runtime_error for a journal that
 /// cannot be read.
 void serve_journal(const StateFiles& files, const web::PageOptions& page,
-                   const std::filesystem::path& worker_program);
+                   const WorkerProgram& worker_program);
 
 }  // namespace treeroll

@@ -119,7 +119,7 @@ json trace_view(const RolloutTrace& whole) {
 
 /// What a worker executable says when it makes the roll-out once more.
 json made_again(const Condition& condition, const std::string& policy, std::int64_t seed,
-                const std::filesystem::path& worker_program) {
+                const WorkerProgram& worker_program) {
   try {
     const TaskDescription task = describe_task(condition.task_content, worker_program).description;
     const PolicyEvaluation done = evaluate_with(worker_program, task,
@@ -139,7 +139,7 @@ json made_again(const Condition& condition, const std::string& policy, std::int6
 }
 
 json view_of(const FoundRollout& found, const Study& study, protocol::RolloutKey key,
-             const std::filesystem::path& worker_program) {
+             const WorkerProgram& worker_program) {
   const Condition& condition =
       study.conditions[static_cast<std::size_t>(key.run / study.repetitions)];
   json view{{"run", key.run},
@@ -182,8 +182,7 @@ json view_of(const FoundRollout& found, const Study& study, protocol::RolloutKey
 }  // namespace
 
 void show_rollout(const StateFiles& files, const std::string& rollout,
-                  const std::filesystem::path& worker_program,
-                  const std::filesystem::path& output_file) {
+                  const WorkerProgram& worker_program, const std::filesystem::path& output_file) {
   const StateStudy state = read_state_study(files);
   const Study& study = state.loaded.study;
   const protocol::RolloutKey key = read_rollout_key(kOption, rollout, study.num_runs());

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "learner/state/state_study.h"
+#include "learner/worker_program/worker_program.h"
 
 namespace treeroll {
 
@@ -14,7 +15,6 @@ namespace treeroll {
 /// Throws ConfigError for what is no roll-out of the journal, std::runtime_error for a journal that
 /// cannot be read. What the worker executable cannot do is said in the object.
 void show_rollout(const StateFiles& files, const std::string& rollout,
-                  const std::filesystem::path& worker_program,
-                  const std::filesystem::path& output_file);
+                  const WorkerProgram& worker_program, const std::filesystem::path& output_file);
 
 }  // namespace treeroll
