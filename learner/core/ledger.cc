@@ -111,9 +111,9 @@ void Ledger::set_batch(RolloutKey key, protocol::WorkerId worker, std::int64_t b
 
 bool Ledger::confirm(RolloutKey key, protocol::WorkerId worker, TimePoint deadline) {
   Lease& lease = lease_at(entries_.at(key), worker);
-  deadlines_.erase({lease.deadline, key, worker});
-  lease.deadline = deadline;
-  deadlines_.emplace(deadline, key, worker);
+  auto place = deadlines_.extract({lease.deadline, key, worker});
+  std::get<TimePoint>(place.value()) = lease.deadline = deadline;
+  deadlines_.insert(std::move(place));
   return !std::exchange(lease.confirmed, true);
 }
 
