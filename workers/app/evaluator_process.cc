@@ -79,17 +79,21 @@ Result<EvaluatorProcess> EvaluatorProcess::start() {
     close(sockets[0]);
     return failure("posix_spawn", error);
   }
-  return EvaluatorProcess(pid, sockets[0]);
+  EvaluatorProcess process(pid, sockets[0]);
+  if (clock_getcpuclockid(pid, &process.clock_) != 0) return failure("its clock", ESRCH);
+  return process;
 }
 
 EvaluatorProcess::EvaluatorProcess(EvaluatorProcess&& other) noexcept
     : pid_(std::exchange(other.pid_, -1)),
       socket_(std::exchange(other.socket_, -1)),
+      clock_(other.clock_),
       cpu_time_before_(other.cpu_time_before_) {}
 
 EvaluatorProcess& EvaluatorProcess::operator=(EvaluatorProcess&& other) noexcept {
   std::swap(pid_, other.pid_);
   std::swap(socket_, other.socket_);
+  std::swap(clock_, other.clock_);
   std::swap(cpu_time_before_, other.cpu_time_before_);
   return *this;
 }
@@ -121,11 +125,8 @@ Duration EvaluatorProcess::cpu_time() const {
 }
 
 Duration EvaluatorProcess::total_cpu_time() const {
-  clockid_t clock = 0;
   timespec time{};
-  if (pid_ < 0 || clock_getcpuclockid(pid_, &clock) != 0 || clock_gettime(clock, &time) != 0) {
-    return cpu_time_before_;
-  }
+  if (pid_ < 0 || clock_gettime(clock_, &time) != 0) return cpu_time_before_;
   return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
 }
 

@@ -46,6 +46,7 @@ class EvaluatorProcess {
 
   pid_t pid_ = -1;  // -1: collected or moved from
   int socket_ = -1;
+  clockid_t clock_ = 0;  // its processor time
   Duration cpu_time_before_{};
 };
 
