@@ -211,9 +211,9 @@ class LearnerDaemon : private learner::EffectHandler {
 
   void step(const learner::Event& event) {
     if (failure_) return;
-    learner::Effects effects;
-    core_->step(loop_.now(), event, effects);
-    on_disk([&] { learner::carry_out(effects, *this); });
+    effects_.clear();
+    core_->step(loop_.now(), event, effects_);
+    on_disk([this] { learner::carry_out(effects_, *this); });
     if (failure_) return;
     if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return loop_.stop();
     if (!answer_is_due_) core_timer_.set(core_->next_deadline());
@@ -261,6 +261,7 @@ class LearnerDaemon : private learner::EffectHandler {
   const LearnerOptions& options_;
   std::unique_ptr<transport::Bus> bus_;
   std::unique_ptr<learner::LearnerCore> core_;
+  learner::Effects effects_;  // of one step; its memory serves the next
   std::unique_ptr<JournalWriter> journal_;
   std::optional<LocalWorker> local_worker_;
   ProgressLine progress_;

@@ -22,6 +22,8 @@ Ledger::Lease& lease_at(Ledger::Entry& entry, protocol::WorkerId worker) {
 
 void seal(Question& question, RolloutKey key) {
   std::string bytes;
+  bytes.reserve(2 * sizeof question.task_id.bytes + 2 * sizeof(std::int64_t) +
+                static_cast<std::size_t>(question.theta.size()) * sizeof(double));
   const auto append = [&bytes](const void* data, std::size_t size) {
     bytes.append(static_cast<const char*>(data), size);
   };

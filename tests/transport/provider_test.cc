@@ -1,5 +1,6 @@
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
+#include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
