@@ -1,41 +1,67 @@
 #include "common/transport/loop.h"
 
-#include <sys/epoll.h>
-#include <sys/signalfd.h>
-#include <unistd.h>
+#include <fcntl.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <csignal>
 #include <cstdint>
-#include <cstring>
+#include <list>
 #include <map>
 #include <set>
-#include <string>
 #include <utility>
 
 #include "common/base/check.h"
 
 namespace treeroll::transport {
+namespace asio = boost::asio;
+using boost::system::error_code;
+
 namespace {
 
-/// Descriptors reported in one look; the others come with the next, first.
-constexpr std::size_t kReadyMax = 256;
+/// One watched descriptor. Handlers of Asio hold it too, so that a callback may forget any
+/// descriptor, its own included.
+struct Watch : std::enable_shared_from_this<Watch> {
+  Watch(asio::io_context& context, int number, std::function<void()> on_readable)
+      : descriptor(context, number), callback(std::move(on_readable)) {}
 
-std::string failure(const char* what) { return std::string(what) + ": " + std::strerror(errno); }
+  void wait() {
+    descriptor.async_wait(asio::posix::stream_descriptor::wait_read,
+                          [self = shared_from_this()](const error_code& error) {
+                            if (self->forgotten) return;
+                            CHECK(!error, "waiting for a descriptor failed: " + error.message());
+                            self->callback();
+                            if (!self->forgotten) self->wait();
+                          });
+  }
+  void forget() {
+    forgotten = true;
+    descriptor.release();  // it is the caller's to close
+  }
 
-/// Closes at the end.
-class Descriptor {
- public:
-  Descriptor(int number, const char* what) : number_(number) { CHECK(number_ >= 0, failure(what)); }
-  ~Descriptor() { close(number_); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return number_; }
+  asio::posix::stream_descriptor descriptor;
+  std::function<void()> callback;
+  bool forgotten = false;
+};
 
- private:
-  int number_;
+struct Signals {
+  explicit Signals(asio::io_context& context) : set(context) {}
+
+  void wait() {
+    set.async_wait([this](const error_code& error, int signal) {
+      if (error) return;  // cancelled: the loop is being destroyed
+      callback(signal);
+      wait();
+    });
+  }
+
+  asio::signal_set set;
+  std::function<void(int)> callback;
 };
 
 TimePoint monotonic_now() {
@@ -53,7 +79,6 @@ struct Timer::State {
 };
 
 struct Loop::Implementation {
-  using Callback = std::function<void()>;
   using TimerState = std::shared_ptr<Timer::State>;
   struct Earlier {
     bool operator()(const TimerState& a, const TimerState& b) const {
@@ -61,73 +86,43 @@ struct Loop::Implementation {
     }
   };
 
-  void turn();
-  int look();
+  void add(const TimerState& timer);
+  void wake_by(TimePoint deadline);
   void run_due_timers();
 
-  Descriptor epoll{epoll_create1(EPOLL_CLOEXEC), "epoll_create1"};
-  std::array<epoll_event, kReadyMax> ready{};
-  /// By a number that names no other watch later: what one look has reported may be forgotten by
-  /// a callback before its turn, and its descriptor may be watched anew.
-  std::map<std::uint64_t, std::shared_ptr<Callback>> watches;
-  std::map<int, std::uint64_t> watch_of;  // by descriptor
-  std::vector<std::unique_ptr<Descriptor>> signals;
+  // One thread: Asio need not lock.
+  asio::io_context context{1};
+  asio::executor_work_guard<asio::io_context::executor_type> work{context.get_executor()};
+  std::list<Signals> signals;
+  sigset_t all_signals{};
+  std::map<int, std::shared_ptr<Watch>> watches;
   std::set<TimerState, Earlier> timers;  // those that are set
-  std::vector<Callback> after;
   std::uint64_t next_number = 1;
-  bool is_stopped = false;
+  // Rings for all timers. Deadlines mostly move on: one that has become later leaves the alarm as
+  // it is, which costs no system call, and is looked at again when it rings.
+  asio::steady_timer alarm{context};
+  TimePoint rings_at = TimePoint::max();
 };
 
-Loop::Loop() : implementation_(std::make_unique<Implementation>()) {}
-
-Loop::~Loop() = default;
-
-TimePoint Loop::now() const { return monotonic_now(); }
-
-void Loop::run() {
-  while (!implementation_->is_stopped) implementation_->turn();
-  implementation_->is_stopped = false;
+void Loop::Implementation::add(const TimerState& timer) {
+  timer->number = next_number++;
+  timers.insert(timer);
+  wake_by(timer->deadline);
 }
 
-void Loop::stop() { implementation_->is_stopped = true; }
-
-/// One look at the descriptors, then what it has shown, the timers, and what has waited for both.
-void Loop::Implementation::turn() {
-  const int num_ready = look();
-  std::vector<Callback> waited = std::exchange(after, {});
-  for (int i = 0; i < num_ready && !is_stopped; ++i) {
-    const auto found = watches.find(ready[static_cast<std::size_t>(i)].data.u64);
-    if (found == watches.end()) continue;
-    const std::shared_ptr<Callback> callback = found->second;  // it may forget itself
-    (*callback)();
-  }
-  run_due_timers();
-  std::size_t num_done = 0;
-  while (num_done < waited.size() && !is_stopped) waited[num_done++]();
-  // After a stop the others wait for the next run.
-  waited.erase(waited.begin(), waited.begin() + static_cast<std::ptrdiff_t>(num_done));
-  after.insert(after.begin(), std::make_move_iterator(waited.begin()),
-               std::make_move_iterator(waited.end()));
-}
-
-/// How many descriptors are ready. Waits for one, or for the first timer, unless work waits.
-int Loop::Implementation::look() {
-  timespec wait{};
-  const bool waits_for_ever = after.empty() && timers.empty();
-  if (after.empty() && !timers.empty()) {
-    const Duration left = std::max((*timers.begin())->deadline - monotonic_now(), Duration{});
-    const auto left_s = std::chrono::floor<std::chrono::seconds>(left);
-    wait = {static_cast<time_t>(left_s.count()), static_cast<long>((left - left_s).count())};
-  }
-  const int count = epoll_pwait2(epoll.get(), ready.data(), static_cast<int>(ready.size()),
-                                 waits_for_ever ? nullptr : &wait, nullptr);
-  CHECK(count >= 0 || errno == EINTR, failure("epoll_pwait2"));
-  return std::max(count, 0);
+void Loop::Implementation::wake_by(TimePoint deadline) {
+  if (deadline >= rings_at) return;
+  rings_at = deadline;
+  alarm.expires_at(std::chrono::steady_clock::time_point(deadline.time_since_epoch()));
+  alarm.async_wait([this](const error_code& error) {
+    if (error) return;  // set anew
+    rings_at = TimePoint::max();
+    run_due_timers();
+  });
 }
 
 /// Each once at most, whatever it sets anew.
 void Loop::Implementation::run_due_timers() {
-  if (timers.empty()) return;
   const TimePoint now = monotonic_now();
   std::vector<TimerState> due;
   for (const TimerState& timer : timers) {
@@ -135,54 +130,69 @@ void Loop::Implementation::run_due_timers() {
     due.push_back(timer);
   }
   for (const TimerState& timer : due) {
-    if (is_stopped) return;
+    if (context.stopped()) break;
     if (timer->deadline > now) continue;  // replaced, or gone, by an earlier one
     timers.erase(timer);
     timer->deadline = TimePoint::max();
     timer->on_due();
   }
+  if (!timers.empty()) wake_by((*timers.begin())->deadline);
 }
 
+Loop::Loop() : implementation_(std::make_unique<Implementation>()) {
+  sigemptyset(&implementation_->all_signals);
+}
+
+Loop::~Loop() {
+  // Asio gives the signals up, whose default action would then end a process that is done.
+  CHECK(sigprocmask(SIG_BLOCK, &implementation_->all_signals, nullptr) == 0, "sigprocmask");
+  for (auto& [number, watch] : implementation_->watches) watch->forget();
+}
+
+TimePoint Loop::now() const { return monotonic_now(); }
+
+void Loop::run() {
+  implementation_->context.run();
+  implementation_->context.restart();
+}
+
+asio::io_context& Loop::context() { return implementation_->context; }
+
+void Loop::stop() { implementation_->context.stop(); }
+
 void Loop::on_signals(const std::vector<int>& signals, std::function<void(int signal)> callback) {
-  sigset_t set;
-  sigemptyset(&set);
-  for (const int signal : signals) sigaddset(&set, signal);
-  CHECK(sigprocmask(SIG_BLOCK, &set, nullptr) == 0, failure("sigprocmask"));
-  implementation_->signals.push_back(
-      std::make_unique<Descriptor>(signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK), "signalfd"));
-  const int descriptor = implementation_->signals.back()->get();
-  watch(descriptor, [descriptor, callback = std::move(callback)] {
-    signalfd_siginfo signal{};
-    if (read(descriptor, &signal, sizeof signal) == sizeof signal) {
-      callback(static_cast<int>(signal.ssi_signo));
-    }
-  });
+  Signals& entry = implementation_->signals.emplace_back(implementation_->context);
+  for (const int signal : signals) {
+    entry.set.add(signal);
+    sigaddset(&implementation_->all_signals, signal);
+  }
+  entry.callback = std::move(callback);
+  entry.wait();
 }
 
 void Loop::watch(int descriptor, std::function<void()> callback) {
-  const std::uint64_t number = implementation_->next_number++;
-  const bool is_new = implementation_->watch_of.emplace(descriptor, number).second;
+  auto watch = std::make_shared<Watch>(implementation_->context, descriptor, std::move(callback));
+  const bool is_new = implementation_->watches.emplace(descriptor, watch).second;
   CHECK(is_new, "a descriptor is watched twice");
-  epoll_event event{};
-  event.events = EPOLLIN;
-  event.data.u64 = number;
-  CHECK(epoll_ctl(implementation_->epoll.get(), EPOLL_CTL_ADD, descriptor, &event) == 0,
-        failure("epoll_ctl"));
-  implementation_->watches.emplace(number,
-                                   std::make_shared<std::function<void()>>(std::move(callback)));
+  // Asio makes what it waits for non-blocking, once. It reads nothing here, and liblcm's tcpq takes
+  // a message that has come only in part for a lost connection.
+  const int flags = fcntl(descriptor, F_GETFL);
+  watch->wait();
+  CHECK(fcntl(descriptor, F_SETFL, flags) == 0, "F_SETFL");
 }
 
 void Loop::forget(int descriptor) {
-  const auto found = implementation_->watch_of.find(descriptor);
-  CHECK(found != implementation_->watch_of.end(), "a descriptor is forgotten that is not watched");
-  // Fails for one that liblcm has closed, which the kernel has forgotten then.
-  epoll_ctl(implementation_->epoll.get(), EPOLL_CTL_DEL, descriptor, nullptr);
-  implementation_->watches.erase(found->second);
-  implementation_->watch_of.erase(found);
+  const auto found = implementation_->watches.find(descriptor);
+  CHECK(found != implementation_->watches.end(), "a descriptor is forgotten that is not watched");
+  found->second->forget();
+  implementation_->watches.erase(found);
 }
 
 void Loop::after_ready_events(std::function<void()> callback) {
-  implementation_->after.push_back(std::move(callback));
+  // The first hop runs after what is queued, the second after one more look at the descriptors.
+  asio::post(implementation_->context, [this, callback = std::move(callback)]() mutable {
+    asio::post(implementation_->context, std::move(callback));
+  });
 }
 
 Timer::Timer(Loop& loop, std::function<void()> on_due)
@@ -194,8 +204,7 @@ void Timer::set(TimePoint deadline) {
   if (deadline == state_->deadline) return;
   if (is_set()) state_->loop->timers.erase(state_);
   state_->deadline = deadline;
-  state_->number = state_->loop->next_number++;
-  if (is_set()) state_->loop->timers.insert(state_);
+  if (is_set()) state_->loop->add(state_);
 }
 
 bool Timer::is_set() const { return state_->deadline != TimePoint::max(); }

@@ -6,10 +6,14 @@
 
 #include "common/base/time.h"
 
+namespace boost::asio {
+class io_context;
+}
+
 namespace treeroll::transport {
 
-/// The event loop of a daemon: one thread, timers, descriptors and signals. Callbacks run one at a
-/// time inside run() and must not throw.
+/// The event loop of a daemon: one thread, timers, descriptors and signals (Boost.Asio behind it,
+/// kept out of this header). Callbacks run one at a time inside run() and must not throw.
 class Loop {
  public:
   Loop();
@@ -24,8 +28,8 @@ class Loop {
   void run();
   void stop();
 
-  /// Runs `callback` on each of these signals instead of their default action. They stay blocked in
-  /// this thread, when the loop is gone too: who has ended in order is not ended by a late one.
+  /// Runs `callback` on each of these signals instead of their default action. They are blocked
+  /// once the loop is gone: who has ended in order is not ended by a late one.
   void on_signals(const std::vector<int>& signals, std::function<void(int signal)> callback);
   /// Runs `callback` once a turn while `descriptor` is readable, until forget(descriptor). The loop
   /// does not own the descriptor; forget it before closing it.
@@ -34,6 +38,9 @@ class Loop {
   /// Runs `callback` after the events that are ready now and those that one more look finds: used
   /// to act once on a drained inbox.
   void after_ready_events(std::function<void()> callback);
+
+  /// For what Asio alone can do in this loop: learner/web accepts connections.
+  boost::asio::io_context& context();
 
  private:
   friend class Timer;

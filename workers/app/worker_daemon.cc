@@ -25,8 +25,10 @@ Death cause_of(const ChildEnd& end) {
 }  // namespace
 
 Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
-                                                         WorkerSettings settings) {
+                                                         WorkerSettings settings,
+                                                         EvaluatorSettings evaluators) {
   std::unique_ptr<WorkerDaemon> daemon(new WorkerDaemon);
+  daemon->evaluators_ = std::move(evaluators);
   using transport::Channel;
   transport::BusOptions options;
   options.url = url;
@@ -103,7 +105,7 @@ void WorkerDaemon::perform(SendMessage& effect) {
 
 void WorkerDaemon::perform(const StartEvaluator& effect) {
   Slot& slot = slot_of(effect.evaluator);
-  Result<EvaluatorProcess> process = EvaluatorProcess::start();
+  Result<EvaluatorProcess> process = EvaluatorProcess::start(evaluators_);
   if (!process) {
     complain("evaluators that cannot be started", process.error().message);
     post(EvaluatorDied{effect.evaluator, Death::kExited, 1});
