@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <random>
 #include <set>
 #include <stdexcept>
 
@@ -20,6 +19,7 @@
 #include "common/program/log.h"
 #include "common/program/process_start.h"
 #include "common/program/program.h"
+#include "common/program/random_id.h"
 #include "common/program/standard_output.h"
 #include "common/protocol/timings.h"
 #include "common/transport/bus.h"
@@ -46,13 +46,6 @@ using transport::Channel;
 
 /// Their files take seconds, which is said.
 constexpr std::size_t kManyRuns = 300;
-
-/// A fresh name for this incarnation: answers to an earlier one cannot pass.
-protocol::LearnerId draw_learner_id() {
-  std::random_device device;
-  const std::uint64_t bits = (static_cast<std::uint64_t>(device()) << 32U) | device();
-  return static_cast<protocol::LearnerId>(bits >> 1U) | 1;
-}
 
 std::int64_t wall_time_us() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -293,7 +286,7 @@ int run_learner(const LearnerOptions& options) {
   }
   LoadedStudy& loaded = state.loaded;
   learner::LearnerSettings settings;
-  settings.learner_id = draw_learner_id();
+  settings.learner_id = random_id();  // so that answers to an earlier incarnation cannot pass
   settings.host = host_name();
   settings.pid = getpid();
   const std::map<std::string, DescribedTask> tasks =

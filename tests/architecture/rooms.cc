@@ -23,6 +23,8 @@ const std::map<std::string, Room>& rooms() {
       {"workers/app",
        {.arrows = {"workers/core", "workers/tasks", "common/policy/kinds", "common/transport",
                    "common/program"}}},
+      {"workers/relay", {.arrows = {"workers/core", "learner/core"}, .is_core = true}},
+      {"workers/relay/app", {.arrows = {"workers/relay", "common/transport", "common/program"}}},
       {"learner/fit", {.arrows = {"common/policy/kinds"}, .is_core = true, .is_portable = true}},
       {"learner/explore", {.arrows = {"common/policy"}, .is_core = true, .is_portable = true}},
       {"learner/core", {.arrows = {"learner/explore", "common/protocol"}, .is_core = true}},

@@ -10,6 +10,7 @@
 #include "common/program/host_name.h"
 #include "common/program/process_start.h"
 #include "common/program/program.h"
+#include "common/program/random_id.h"
 #include "common/protocol/limits.h"
 #include "common/transport/bus.h"
 #include "workers/app/evaluate_policy.h"
@@ -22,9 +23,12 @@
 namespace treeroll::worker {
 namespace {
 
+constexpr int kIdleSecondsMax = 10'000'000;
+
 struct Options {
   std::string processes;
   std::string lcm_url;
+  int exit_when_idle_s = 0;
   bool describe_task = false;
   bool evaluate = false;
   int evaluator_socket = -1;
@@ -56,6 +60,9 @@ int serve(const Options& options) {
   settings.pid = getpid();
   settings.version = program_version();
   settings.numeric_class = numeric_class();
+  if (options.exit_when_idle_s > 0) {
+    settings.idle_max = std::chrono::seconds(options.exit_when_idle_s);
+  }
   const std::string url = transport::resolve_url(options.lcm_url);
   auto daemon = WorkerDaemon::open(url, settings);
   if (!daemon) {
@@ -74,6 +81,9 @@ void describe(CommandLine& line, Options& options) {
            "Evaluator processes; default: one for each processor it may use");
   line.add("--lcm-url", options.lcm_url,
            "Where the learners are; default: LCM_DEFAULT_URL, else LCM's own, this host");
+  line.add("--exit-when-idle", options.exit_when_idle_s,
+           "Drain and end after so many seconds without a roll-out; default: never")
+      .between(1, kIdleSecondsMax);
   line.add("--describe-task", options.describe_task,
            "Read {\"name\": ..., \"settings\": {...}} from standard input, print what the task "
            "says of itself or what is wrong, and end");
