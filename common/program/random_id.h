@@ -4,7 +4,7 @@
 
 namespace treeroll {
 
-/// A random 63-bit number that is not 0: the name of this incarnation of a daemon.
+/// A random 63-bit number that is not 0: the name of an incarnation of a learner or a worker.
 std::int64_t random_id();
 
 }  // namespace treeroll

@@ -83,6 +83,28 @@ TEST_F(StandaloneStudyTest, NeitherThePlaceNorTheLineEndsOfAFileAreInIt) {
   EXPECT_EQ(load_study(carried.path(), {}).resolved.to_toml("0.2.0"), resolved_);
 }
 
+TEST_F(StandaloneStudyTest, HoldsSeveralDemonstrationsAsTheyWereAligned) {
+  const StudyText study(std::string(kSmallStudy) +
+                        "policy.demonstration = {kind = \"csv\", files = [\"demo.csv\", "
+                        "\"slow.csv\"], inputs = [\"t\"], outputs = [\"u\"], align = "
+                        "\"dynamic_time_warping\"}\n");
+  fs::copy(file_.folder() / "demo.csv", study.folder() / "demo.csv");
+  std::ofstream slow(study.folder() / "slow.csv");
+  slow << "t,u\n";
+  for (int i = 0; i < 50; ++i) slow << 7 + i / 9.5 << ',' << (i * i) % 11 / 3. << '\n';
+  slow.close();
+  const LoadedStudy loaded = load_study(study.path(), {});
+  const Eigen::MatrixXd& data = *loaded.demonstrations[0];
+  ASSERT_EQ(data.cols(), 100);
+  EXPECT_LT((data.leftCols(50) - data.rightCols(50)).norm(), 1e-4) << "one movement";
+  fs::remove(study.folder() / "slow.csv");
+  const std::string resolved = loaded.resolved.to_toml("0.2.0");
+  EXPECT_THAT(resolved, Not(HasSubstr("align")));
+  const LoadedStudy again = load_study(StudyText(resolved).path(), {});
+  study_test::expect_equal(again.study, loaded.study);
+  EXPECT_EQ(*again.demonstrations[0], data);
+}
+
 TEST_F(StandaloneStudyTest, TheStartThatItHoldsIsTakenAndFittedAgainOnlyWhereThatIsAsked) {
   // Another number in the stored policy: nothing but the text can give it.
   const std::string policy = to_json(*loaded_->study.conditions[0].start);
@@ -131,21 +153,21 @@ TEST_F(StandaloneStudyTest, HostileContentsAreRefusedWithTheirPlace) {
 }
 
 TEST_F(StandaloneStudyTest, ALaterFormIsNamedWithTheProgramThatWroteIt) {
-  EXPECT_THAT(resolved_, HasSubstr("[written_by]\nformat = 2\nprogram = \"0.2.0\"\n"));
-  EXPECT_EQ(error(replaced(resolved_, "format = 2\nprogram = \"0.2.0\"",
-                           "format = 3\nnew = true\nprogram = \"4.5\"")),
-            "FILE:3: written_by.format = 3: this program reads forms up to 2: take treeroll 4.5");
-  EXPECT_THAT(error(replaced(resolved_, "format = 2", "format = \"x\"")),
+  EXPECT_THAT(resolved_, HasSubstr("[written_by]\nformat = 3\nprogram = \"0.2.0\"\n"));
+  EXPECT_EQ(error(replaced(resolved_, "format = 3\nprogram = \"0.2.0\"",
+                           "format = 4\nnew = true\nprogram = \"4.5\"")),
+            "FILE:3: written_by.format = 4: this program reads forms up to 3: take treeroll 4.5");
+  EXPECT_THAT(error(replaced(resolved_, "format = 3", "format = \"x\"")),
               HasSubstr("written_by.format"));
 }
 
 /// A form that is not known may hold tables and settings that are not either.
 TEST_F(StandaloneStudyTest, ALaterFormIsRefusedBeforeItsTablesAre) {
   const std::string later =
-      replaced(resolved_, "format = 2\nprogram = \"0.2.0\"", "format = 3\nprogram = \"4.5\"") +
+      replaced(resolved_, "format = 3\nprogram = \"0.2.0\"", "format = 4\nprogram = \"4.5\"") +
       "\n[cameras]\nnumber = 2\n";
   const std::string refusal =
-      "FILE:3: written_by.format = 3: this program reads forms up to 2: take treeroll 4.5";
+      "FILE:3: written_by.format = 4: this program reads forms up to 3: take treeroll 4.5";
   EXPECT_EQ(error(later), refusal);
   EXPECT_EQ(error_of(StudyText(later), [](const fs::path& path) { (void)read_study_name(path); }),
             refusal);
@@ -179,7 +201,7 @@ TEST_F(StandaloneStudyTest, AStudyOfTheFirstFormIsWrittenInThisOneAndNeedsItsFil
                 "content = \"" + of_files + "\"\nfiles = [\"" +
                     (file_.folder() / "demo.csv").string() + "\"]");
   first.erase(first.find("[demonstrations]"));
-  first = replaced(first, "[written_by]\nformat = 2\nprogram = \"0.2.0\"\n", "");
+  first = replaced(first, "[written_by]\nformat = 3\nprogram = \"0.2.0\"\n", "");
   const StudyText old(first);
   const LoadedStudy loaded = load_study(old.path(), {});
   study_test::expect_equal(loaded.study, loaded_->study);
@@ -188,6 +210,15 @@ TEST_F(StandaloneStudyTest, AStudyOfTheFirstFormIsWrittenInThisOneAndNeedsItsFil
   fs::remove(file_.folder() / "demo.csv");
   const StudyText written(loaded.resolved.to_toml("0.2.0"));
   study_test::expect_equal(load_study(written.path(), {}).study, loaded.study);
+}
+
+/// Programs that wrote form 2 refined no fit, and their studies do not say so.
+TEST_F(StandaloneStudyTest, AStudyOfTheSecondFormKeepsTheFitThatItHad) {
+  std::string second = replaced(resolved_, "format = 3", "format = 2");
+  second = replaced(second, "refine = \"regression\"\n", "");
+  second = replaced(second, "stop_relative_error = 0.02\n", "");
+  EXPECT_THAT(load_study(StudyText(second).path(), {}).resolved.to_toml(""),
+              HasSubstr("refine = \"none\""));
 }
 
 TEST_F(StandaloneStudyTest, WhatATaskHasResolvedIsPartOfTheStudy) {
@@ -214,7 +245,8 @@ TEST_F(StandaloneStudyTest, ALargeDemonstrationIsHeldToo) {
   demonstration << "t,u\n";
   for (int i = 0; i < 90'000; ++i) demonstration << i / 19e3 << ',' << (i % 1001) / 7. << '\n';
   demonstration.close();
-  const LoadedStudy large = load_study(file_.path(), {"policy.fit.iterations=1"});
+  const LoadedStudy large =
+      load_study(file_.path(), {"policy.fit.iterations=1", "policy.fit.refine=none"});
   const StudyText resolved(large.resolved.to_toml(""));
   EXPECT_GT(fs::file_size(resolved.path()), 1U << 20U);
   const LoadedStudy again = load_study(resolved.path(), {});

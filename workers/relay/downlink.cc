@@ -88,7 +88,9 @@ void Downlink::remind(const learner::Turn& turn) {
 }
 
 void Downlink::dispatch(const learner::Turn& turn) {
-  workforce_.note_sync(turn.now);
+  // There is no disk to wait for.
+  workforce_.begin_sync();
+  workforce_.end_sync(turn.now);
   workforce_.dispatch(turn);
 }
 

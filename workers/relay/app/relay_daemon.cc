@@ -66,9 +66,6 @@ Result<std::unique_ptr<RelayDaemon>> RelayDaemon::open(const std::string& url_ab
   return daemon;
 }
 
-/// The loop gives the signals up, which would then end a relay that is done.
-RelayDaemon::~RelayDaemon() { block_stop_signals(); }
-
 int RelayDaemon::run() {
   loop_.on_signals(stop_signals(), [this](int) { step(DrainRequested{}); });
   step(Started{});

@@ -22,7 +22,6 @@ class RelayDaemon {
   static Result<std::unique_ptr<RelayDaemon>> open(const std::string& url_above,
                                                    const std::string& url_below,
                                                    RelaySettings settings);
-  ~RelayDaemon();
   RelayDaemon(const RelayDaemon&) = delete;
   RelayDaemon& operator=(const RelayDaemon&) = delete;
 
