@@ -26,6 +26,8 @@ const std::map<std::string, Room>& rooms() {
       {"workers/check_evaluator",
        {.arrows = {"workers/user_program", "common/policy/kinds", "common/files",
                    "common/program"}}},
+      {"workers/relay", {.arrows = {"workers/core", "learner/core"}, .is_core = true}},
+      {"workers/relay/app", {.arrows = {"workers/relay", "common/transport", "common/program"}}},
       {"workers/app",
        {.arrows = {"workers/core", "workers/user_program", "common/policy/kinds",
                    "common/transport", "common/program"}}},
