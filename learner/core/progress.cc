@@ -161,7 +161,7 @@ void LearnerCore::publish_last_words(const Turn& turn) {
 }
 
 void LearnerCore::publish_status(const Turn& turn) {
-  workforce_.count_workers(turn.now);  // whom this tells of them waits longer
+  workforce_.count_workers(turn.now);  // their heartbeats stretch with what they are told
   turn.effects.emplace_back(SendMessage{status(turn.now)});
 }
 

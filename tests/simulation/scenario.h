@@ -69,7 +69,7 @@ struct Scenario {
   std::vector<Incident> incidents;
   Duration reading_delay{};  ///< from a message's arrival to the process that reads it
   std::int64_t unsynced_results_max = protocol::kUnsyncedResultsMax;
-  Duration sync_delay{};  ///< from the journal's write to its fdatasync
+  Duration sync_delay{};  ///< from the journal's write to its fdatasync, and until that is done
   Duration load_time{};   ///< of a definition into an evaluator
   TimePoint faults_end;
 };

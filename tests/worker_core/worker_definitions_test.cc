@@ -107,7 +107,7 @@ TEST(WorkerDefinitionsTest, RefusesAPolicyWithOtherDimensionsThanItsTask) {
   EXPECT_EQ(stage.sent<DefinitionReport>()[0].definition_id, content_hash(kPolicy));
   EXPECT_EQ(stage.sent<DefinitionReport>()[0].text,
             "the policy has 1 inputs and 2 outputs, the task takes 1 and 1");
-  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage.runs(), IsEmpty());
 }
 
 TEST(WorkerDefinitionsTest, ARefusalStandsWhereBothAreReportedInOneTurn) {
@@ -130,7 +130,7 @@ TEST(WorkerDefinitionsTest, RefusesAThetaOfAnotherSize) {
   request.theta = {1, 2, 3};
   stage.ask({request});
   EXPECT_THAT(stage.sent<DefinitionReport>().at(0).text, HasSubstr("theta of 2 numbers"));
-  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage.runs(), IsEmpty());
 }
 
 TEST(WorkerDefinitionsTest, RefusesADefinitionThatEndsThreeEvaluators) {

@@ -33,7 +33,7 @@ TEST(WorkerDrainTest, FinishesWhatRunsDropsWhatWaitsAndTakesNoMore) {
   stage.ask({stage.request(4)});
   stage.finish(0);
   stage.finish(1);
-  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage.runs(), IsEmpty());
   EXPECT_THAT(stage.sent<RewardBatch>(), SizeIs(2));
   EXPECT_THAT(stage.effects<Exit>(), IsEmpty()) << "until its answers are acknowledged";
   stage.acknowledge(2);

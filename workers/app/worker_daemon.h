@@ -35,7 +35,6 @@ class WorkerDaemon {
     std::optional<EvaluatorProcess> process;
     bool watched = false;
     std::optional<DefinitionName> loading;  ///< what its next report is about
-    protocol::RolloutBatch rollouts;        ///< to go to it in one packet, once all are there
   };
 
   WorkerDaemon() = default;
@@ -44,12 +43,13 @@ class WorkerDaemon {
   void schedule_flush();
   void flush();
 
-  void perform(const SendMessage& effect);
+  // What has content gives it away.
+  void perform(SendMessage& effect);
   void perform(const StartEvaluator& effect);
   void perform(const KillEvaluator& effect);
   void perform(const LoadDefinition& effect);
   void perform(const ForgetDefinition& effect);
-  void perform(const RunRollout& effect);
+  void perform(RunRollouts& effect);
   void perform(const AskCpuTime& effect);
   void perform(const LogLine& line);
   void perform(const Exit& effect);
@@ -57,7 +57,7 @@ class WorkerDaemon {
   Slot& slot_of(int evaluator) { return slots_.at(static_cast<std::size_t>(evaluator)); }
   void unwatch(Slot& slot);
   void give(int evaluator, const auto& packet);
-  void read(int evaluator);
+  bool read_one(int evaluator);
   void understand(int evaluator, const protocol::Message& message);
   void collect_ended();
   void complain(std::string_view kind, std::string text);

@@ -81,8 +81,8 @@ class EvaluatorPool {
                           DefinitionShelf& definitions);
   /// Acts on the deadlines that have come.
   void watch(const Turn& turn);
-  /// When watch() is due; TimePoint::max() if no evaluator needs it.
-  TimePoint next_deadline() const;
+  /// When watch() is due, or before; TimePoint::max() if no evaluator needs it.
+  TimePoint next_deadline() const { return look_at_; }
   /// A time that counts against none of them: they were stopped, or this process was.
   void excuse(Duration delay);
 
@@ -111,6 +111,7 @@ class EvaluatorPool {
     Duration busy_cpu_time{};  ///< what it had burnt by then
     std::optional<TimePoint> look_at;  ///< start time-out, CPU time check, or restart when down
     std::vector<Given> given;
+    std::int64_t num_done = 0;              ///< of these
     std::optional<DefinitionName> loading;  ///< for what is given, else to check it
     std::set<DefinitionName> known;
     std::int64_t num_evicted_seen = 0;
@@ -136,10 +137,18 @@ class EvaluatorPool {
   void load(const Turn& turn, int index, const DefinitionName& name,
             const DefinitionShelf& definitions);
   void begin_job(const Turn& turn, Evaluator& evaluator, State state, Duration limit);
-  static void release(Evaluator& evaluator);
+  void release(Evaluator& evaluator);
+  void look_at(Evaluator& evaluator, TimePoint time);
+  int index_of(const Evaluator& evaluator) const {
+    return static_cast<int>(&evaluator - evaluators_.data());
+  }
 
   const WorkerSettings& settings_;
   std::vector<Evaluator> evaluators_;
+  std::set<int> idle_;  // those that may be given something
+  /// Not after the first look to come. Who is done takes his look away and leaves this as it is,
+  /// so that no result costs a walk over all evaluators.
+  TimePoint look_at_ = TimePoint::max();
   std::int64_t next_job_ = 1;
   std::int64_t num_restarts_ = 0;
   bool draining_ = false;

@@ -14,8 +14,6 @@ namespace treeroll::worker {
 namespace {
 
 constexpr const char* kLeaving = "leaving";
-/// Of a roll-out in the running mean of their times.
-constexpr double kTimeWeight = .1;
 
 /// Why these two cannot make this roll-out; empty if they can.
 std::string mismatch(const DefinitionFacts& task, const DefinitionFacts& policy,
@@ -41,7 +39,7 @@ WorkerCore::WorkerCore(WorkerSettings settings)
   CHECK(settings_.batch_bytes_max >= protocol::kBatchBytesRemoteMax, "batches too small");
 }
 
-void WorkerCore::step(TimePoint now, const Event& event, Effects& effects) {
+void WorkerCore::step(TimePoint now, Event event, Effects& effects) {
   if (exited_) return;
   // A deadline that was not served when due shows that this process was stopped or kept waiting,
   // and its evaluators most likely with it (Ctrl-Z, a frozen container).
@@ -53,7 +51,7 @@ void WorkerCore::step(TimePoint now, const Event& event, Effects& effects) {
   }
 
   const Turn turn{now, effects, log_limiter_};
-  std::visit([&](const auto& e) { on(turn, e); }, event);
+  std::visit([&](auto& e) { on(turn, e); }, event);
   if (exited_) return;
   if (definitions_.take_settled()) {
     for (const RolloutName& name : queue_.in_state(RolloutState::kWaiting)) review(name);
@@ -76,8 +74,8 @@ void WorkerCore::on(const Turn& turn, const Started&) {
   send_status(turn);
 }
 
-void WorkerCore::on(const Turn& turn, const MessageReceived& event) {
-  if (const auto* batch = std::get_if<protocol::RolloutBatch>(&event.message)) {
+void WorkerCore::on(const Turn& turn, MessageReceived& event) {
+  if (auto* batch = std::get_if<protocol::RolloutBatch>(&event.message)) {
     receive(turn, *batch);
   } else if (const auto* piece = std::get_if<protocol::DefinitionPiece>(&event.message)) {
     // A learner that starts should not have to wait for the next heartbeat.
@@ -107,7 +105,7 @@ void WorkerCore::on(const Turn& turn, const InboxDrained&) {
   definitions_.send_reports(turn);
   for (auto& [id, learner] : learners_) {
     if (learner.looks_for_missing()) ask_for_definitions(turn, id, learner);
-    if (answers_due(turn, id, learner)) send_new_answers(turn, id, learner);
+    send_answers_if_due(turn, id, learner);
   }
   if (status_due_) send_status(turn);
   leave_if_drained(turn);
@@ -126,7 +124,7 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
       give_up_work_of(turn, id);
     }
     if (learner.asking_due(turn.now)) ask_for_definitions(turn, id, learner);
-    if (answers_due(turn, id, learner)) send_new_answers(turn, id, learner);
+    send_answers_if_due(turn, id, learner);
     if (learner.repetition_due(turn.now)) repeat_answers(turn, id, learner);
   }
   for (const protocol::LearnerId id : silent) {
@@ -241,7 +239,7 @@ bool WorkerCore::is_from_the_past(const protocol::RolloutBatch& batch) const {
   return last != last_batches_.end() && batch.sequence <= last->second;
 }
 
-void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) {
+void WorkerCore::receive(const Turn& turn, protocol::RolloutBatch& batch) {
   const auto mine = [&](const auto& part) { return part.worker_id == settings_.worker_id; };
   const auto known = learners_.find(batch.learner_id);
   LearnerLink* learner = known == learners_.end() ? nullptr : &known->second;
@@ -262,20 +260,22 @@ void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) 
     const bool any_settled = answers_.acknowledge(batch.learner_id, settled);
     const bool any_left =
         answers_.first_index(batch.learner_id) <= answers_.last_index(batch.learner_id);
-    const bool is_news = learner->on_acknowledged(turn.now, acknowledgement.seen_index, any_left,
-                                                  any_settled);
+    const bool is_news =
+        learner->on_acknowledged(turn.now, acknowledgement.seen_index, any_left, any_settled);
     if (!is_news) beat_within(turn, protocol::kBusyHeartbeat);  // a greeting, most likely
   }
-  for (const auto& request : batch.rollouts) {
-    if (mine(request)) take_request(turn, batch.learner_id, batch.sequence, request);
+  for (auto& request : batch.rollouts) {
+    if (mine(request)) take_request(turn, batch.learner_id, batch.sequence, std::move(request));
   }
 }
 
 void WorkerCore::take_request(const Turn& turn, protocol::LearnerId learner, std::int64_t sequence,
-                              const protocol::RolloutRequest& request) {
+                              protocol::RolloutRequest request) {
   if (const auto index = answers_.repeat(learner, request.key, request.content, request.attempt)) {
     ++num_repeated_;
-    return learners_.at(learner).want_again(*index);
+    LearnerLink& link = learners_.at(learner);
+    if (*index > link.last_index_sent()) link.note_new_answer(turn.now);
+    return link.want_again(*index);
   }
   const RolloutName name{learner, request.key};
   if (HeldRollout* held = queue_.find(name)) {
@@ -290,9 +290,9 @@ void WorkerCore::take_request(const Turn& turn, protocol::LearnerId learner, std
   }
   if (free_slots() <= 0) return;
   if (queue_.size() == 0) beat_within(turn, protocol::heartbeats_of(num_workers_).busy);
-  queue_.add(name, request, sequence, turn.now);
-  definitions_.touch({DefinitionKind::kTask, request.task_id});
-  definitions_.touch({DefinitionKind::kPolicy, request.policy_id});
+  const HeldRollout& held = queue_.add(name, std::move(request), sequence, turn.now);
+  definitions_.touch({DefinitionKind::kTask, held.request.task_id});
+  definitions_.touch({DefinitionKind::kPolicy, held.request.policy_id});
   review(name);
 }
 
@@ -338,7 +338,7 @@ void WorkerCore::assign_work(const Turn& turn) {
       std::vector<RolloutName> names = {*rollout};
       const HeldRollout& first = *queue_.find(*rollout);
       const Definition& task = *definitions_.find({DefinitionKind::kTask, first.request.task_id});
-      const std::size_t others = num_together(first, task, queue_.num_ready(), settings_) - 1;
+      const std::size_t others = num_together(first, task, queue_.size(), settings_) - 1;
       for (const RolloutName& name : queue_.take_alike(*rollout, others)) names.push_back(name);
       std::vector<Work> works;
       for (const RolloutName& name : names) {
@@ -376,8 +376,6 @@ void WorkerCore::conclude(const Turn& turn, const WorkEnd& end) {
     queue_.set_state(put_back->name, RolloutState::kReady);
   } else if (const auto* answer = std::get_if<WorkAnswered>(&end)) {
     ++num_evaluated_;
-    const double time_s = static_cast<double>(answer->duration_ns) * 1e-9;
-    rollout_time_s_ += (num_evaluated_ == 1 ? 1 : kTimeWeight) * (time_s - rollout_time_s_);
     const RolloutName& name = answer->name;
     const Outcome& outcome = answer->outcome;
     if (!outcome.is_ok() && !outcome.is_discarded()) {
@@ -393,6 +391,7 @@ void WorkerCore::conclude(const Turn& turn, const WorkEnd& end) {
                                 .content = request.content,
                                 .outcome = outcome,
                                 .duration_ns = answer->duration_ns});
+    learners_.at(name.learner).note_new_answer(turn.now);
     definitions_.on_evaluated({DefinitionKind::kTask, request.task_id},
                               std::chrono::nanoseconds(answer->duration_ns));
     queue_.remove(name);

@@ -36,14 +36,14 @@ class WorkerCore {
   WorkerCore& operator=(const WorkerCore&) = delete;
 
   /// Appends to `effects`. Time must not go backwards.
-  void step(TimePoint now, const Event& event, Effects& effects);
+  void step(TimePoint now, Event event, Effects& effects);
 
   /// When TimerFired is due unless an event comes before. TimePoint::max() after Exit.
   TimePoint next_deadline() const;
 
  private:
   void on(const Turn& turn, const Started& event);
-  void on(const Turn& turn, const MessageReceived& event);
+  void on(const Turn& turn, MessageReceived& event);  // what it holds is taken
   void on(const Turn& turn, const EvaluatorEvent& event);
   void on(const Turn& turn, const InboxDrained& event);
   void on(const Turn& turn, const TimerFired& event);
@@ -54,9 +54,9 @@ class WorkerCore {
   void forget(const Turn& turn, protocol::LearnerId id);
   void give_up_work_of(const Turn& turn, protocol::LearnerId id);
   bool is_from_the_past(const protocol::RolloutBatch& batch) const;
-  void receive(const Turn& turn, const protocol::RolloutBatch& batch);
+  void receive(const Turn& turn, protocol::RolloutBatch& batch);
   void take_request(const Turn& turn, protocol::LearnerId learner, std::int64_t sequence,
-                    const protocol::RolloutRequest& request);
+                    protocol::RolloutRequest request);
   void drop(const RolloutName& name);
   void review(const RolloutName& name);
   void assign_work(const Turn& turn);
@@ -72,7 +72,8 @@ class WorkerCore {
   // worker_core_sending.cc: what goes out.
   std::int64_t send_batch(const Turn& turn, protocol::LearnerId id, LearnerLink& learner,
                           std::int64_t first);
-  bool answers_due(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
+  Duration answer_wait(protocol::LearnerId id, const LearnerLink& learner) const;
+  void send_answers_if_due(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void send_new_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void repeat_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void send_status(const Turn& turn);
@@ -98,7 +99,6 @@ class WorkerCore {
   bool exited_ = false;
   std::optional<TimePoint> finish_by_;  ///< draining: no later than this for what runs
   std::optional<TimePoint> drain_end_;  ///< and for the last acknowledgements
-  double rollout_time_s_ = 0;           ///< running mean
   std::int64_t num_evaluated_ = 0;
   std::int64_t num_failed_ = 0;
   std::int64_t num_repeated_ = 0;

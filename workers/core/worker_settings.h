@@ -30,7 +30,7 @@ struct WorkerSettings {
   std::size_t definition_bytes_max = protocol::kDefinitionCacheBytesMax;
   std::size_t num_partial_max = protocol::kPartialDefinitionsMax;
   std::size_t partial_bytes_max = protocol::kPartialBytesMax;
-  std::size_t together_max = 8;  ///< roll-outs that an evaluator is given at once
+  std::size_t together_max = 32;  ///< roll-outs that an evaluator is given at once
   int num_strikes_max = 3;  ///< evaluators a roll-out or a definition may end before it is answered
   int num_accidents_max = 3;  ///< evaluators others may end under a roll-out before it is given up
 
@@ -49,6 +49,8 @@ struct WorkerSettings {
 
   /// To be finished by a worker that is asked to end; a service manager waits 90 s by default.
   Duration drain_rollouts_max = std::chrono::seconds(60);
+  /// What roll-outs given at once take together: the first answer waits for the last.
+  Duration together_time_max = protocol::kAnswerDelayMax;
   Duration start_time_max = std::chrono::seconds(30);   ///< from start to ready
   Duration load_time_limit = std::chrono::seconds(10);  ///< CPU time to build a task or policy
   Duration restart_delay_min = std::chrono::milliseconds(10);

@@ -31,23 +31,28 @@ plant("expiry fails the roll-out" learner/core/workforce.cc
     }]])
 
 plant("send before journal" learner/core/carry_out.cc
-  [[bool appended = false;]]
-  [[for (const Effect& effect : effects) {
+  [[void carry_out(const Effects& effects, EffectHandler& handler) {]]
+  [[void carry_out(const Effects& effects, EffectHandler& handler) {
+  for (const Effect& effect : effects) {
     const auto* send = std::get_if<SendMessage>(&effect);
     if (PLANTED && send) handler.send(send->message);
-  }
-  bool appended = false;]])
+  }]])
 plant("send before journal" learner/core/carry_out.cc
-  [[if (const auto* send = std::get_if<SendMessage>(&effect)) handler]]
-  [[if (const auto* send = std::get_if<SendMessage>(&effect); send && !PLANTED) handler]])
+  [[if (send) handler]]
+  [[if (send && !PLANTED) handler]])
 
 plant("apply before journal" learner/core/carry_out.cc
-  [[if (appended) handler]]
-  [[if (!PLANTED && appended) handler]])
+  [[if (send && !std::exchange]]
+  [[if (send && !PLANTED && !std::exchange]])
 
 plant("acknowledge before fdatasync" learner/core/workforce_answers.cc
   [[if (num_unsynced_ == 0)]]
   [[if (PLANTED || num_unsynced_ == 0)]])
+
+plant("accepted during fdatasync taken for synced" learner/core/workforce.cc
+  [[std::max(worker->last_index_settled, worker->last_index_syncing)]]
+  [[PLANTED ? worker->results_read.last_without_gap()
+                                           : std::max(worker->last_index_settled, worker->last_index_syncing)]])
 
 plant("a left layer's result learnt from" learner/explore/exploration.cc
   [[if (draw.layer == layer() && !stopped_)]]
