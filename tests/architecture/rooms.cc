@@ -47,6 +47,7 @@ const std::map<std::string, Room>& rooms() {
       {"learner/web",
        {.arrows = {"learner/web/views", "learner/worker_program", "common/transport",
                    "common/files"}}},
+      {"learner/top", {.arrows = {"learner/core", "common/transport", "common/program"}}},
       {"learner/app",
        {.arrows = {"learner/state", "learner/web", "learner/report/figures", "common/program"}}},
       {"deploy/own_task", {.arrows = {"workers/app"}, .is_portable = true}},
