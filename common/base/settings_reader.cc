@@ -124,6 +124,13 @@ std::string SettingsReader::string(std::string_view key, std::optional<std::stri
   return text;
 }
 
+bool SettingsReader::is_word(std::string_view key, std::string_view word) {
+  const auto found = table_->find(std::string(key));
+  if (found == table_->end() || !found->is_string() || *found != word) return false;
+  string(key);
+  return true;
+}
+
 std::string SettingsReader::choice(std::string_view key, const std::vector<std::string_view>& words,
                                    std::optional<std::string> fallback) {
   std::string word = string(key, std::move(fallback));

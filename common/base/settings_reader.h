@@ -44,6 +44,8 @@ class SettingsReader {
                        std::optional<std::int64_t> fallback = {});
   bool boolean(std::string_view key, std::optional<bool> fallback = {});
   std::string string(std::string_view key, std::optional<std::string> fallback = {});
+  /// Whether the key holds this very word, in place of a value of another type; if so, it is read.
+  bool is_word(std::string_view key, std::string_view word);
   /// One of a few words.
   std::string choice(std::string_view key, const std::vector<std::string_view>& words,
                      std::optional<std::string> fallback = {});

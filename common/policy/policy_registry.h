@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -32,6 +33,8 @@ using FileReader = std::function<std::string(const std::string& file)>;
 
 /// What settings only name, or what was made of them before.
 struct StartSources {
+  /// Of the study that the settings are from, resolved_study.h: defaults may have changed since.
+  int form = std::numeric_limits<int>::max();
   FileReader read_file = {};  ///< may be empty: then there are no files
   /// The CSV text of a demonstration by its content; may be empty: then none is known by it.
   FileReader find_demonstration = {};

@@ -34,10 +34,11 @@ bool LocalWorker::start(TimePoint now) {
   start_at_.reset();
   started_at_ = now;
   Result<pid_t> child = start_child(
-      options_.worker_program,
-      {"--processes", fmt::format("{}", options_.local_workers), "--lcm-url", options_.lcm_url});
+      options_.worker_program.path,
+      options_.worker_program.arguments({"--processes", fmt::format("{}", options_.local_workers),
+                                         "--lcm-url", options_.lcm_url}));
   if (!child) {
-    spdlog::error("{}: {}", options_.worker_program.string(), child.error().message);
+    spdlog::error("{}: {}", options_.worker_program.path.string(), child.error().message);
     return false;
   }
   child_ = *child;

@@ -22,6 +22,8 @@ constexpr std::size_t kNewsBytes = 12 * 1024;
 /// Whoever has come late, or lost a message, hears of each run again after so many statuses of the
 /// learner, or, of very many, as soon as the bytes allow.
 constexpr int kStatusesPerRepetition = 4;
+/// Thousands of workers join at once; a status says how many, and their heartbeats stretch.
+constexpr Duration kGrowthPause = std::chrono::milliseconds(50);
 
 LearnerSettings with_class(LearnerSettings settings, const std::string& numeric_class) {
   settings.numeric_class = numeric_class;
@@ -104,6 +106,7 @@ void LearnerCore::on(const Turn&, const WorkerRecovered& event) {
 
 void LearnerCore::on(const Turn& turn, const MessageReceived& event) {
   workforce_.receive(turn, event.message);
+  if (workforce_.has_grown()) next_status_ = std::min(next_status_, turn.now + kGrowthPause);
   finish_if_stopped(turn);
 }
 

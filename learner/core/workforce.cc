@@ -23,6 +23,8 @@ constexpr Duration kRefusalLasts = std::chrono::seconds(60);
 constexpr double kPatienceInDurations = 4;
 /// Between two looks at what idle evaluators could be given too.
 constexpr Duration kHedgeInterval = std::chrono::milliseconds(100);
+/// So few more workers are not loud.
+constexpr int kFewWorkers = 64;
 
 }  // namespace
 
@@ -72,10 +74,10 @@ std::optional<TimePoint> Workforce::next_deadline() const {
 void Workforce::look_after_leases(const Turn& turn) {
   for (const WorkerEntry& silent : workers_.remove_silent(turn.now)) {
     if (silent.joined) {
-      turn.warn(
-          "workers that leave",
-          fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back", describe(silent),
-                      to_seconds(protocol::kWorkerSilence), ledger_.leases_of(silent.id).size()));
+      turn.warn("workers that leave",
+                fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back",
+                            describe(silent), to_seconds(workers_.heartbeats().silence),
+                            ledger_.leases_of(silent.id).size()));
     }
     ledger_.take_back_all(silent.id);
   }
@@ -90,6 +92,15 @@ void Workforce::remind(const Turn& turn) {
   refuses_workers_ = refuses_workers_ && workers_.is_full();
   publish_undescribed_tasks(turn.now);
 }
+
+int Workforce::count_workers(TimePoint now) {
+  num_joined_since_ = 0;
+  num_told_ = workers_.num_joined();
+  workers_.note_told(now, num_told_);
+  return num_told_;
+}
+
+bool Workforce::has_grown() const { return num_joined_since_ > std::max(num_told_, kFewWorkers); }
 
 void Workforce::note_sync(TimePoint now) {
   num_unsynced_ = 0;
@@ -236,6 +247,7 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
 void Workforce::note_echo(const Turn& turn, WorkerEntry& worker, std::int64_t last_batch) {
   const bool hears_now = worker.hearing.note_echo(last_batch);
   if (hears_now && !std::exchange(worker.joined, true)) {
+    ++num_joined_since_;
     turn.inform("workers that join", fmt::format("{} has joined with {} evaluators",
                                                  describe(worker), worker.num_evaluators));
   }

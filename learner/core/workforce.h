@@ -64,6 +64,10 @@ class Workforce {
   void look_after_leases(const Turn& turn);
   /// Once a second or so: what is forgotten by then, and what is to be asked again.
   void remind(const Turn& turn);
+  /// How many workers have joined, to be told to them now.
+  int count_workers(TimePoint now);
+  /// Far more have joined since they were told: they should hear of it before they are too loud.
+  bool has_grown() const;
   /// Only what will survive us may be forgotten by those who have it.
   void note_sync(TimePoint now);
   /// Gives ready roll-outs to workers, acknowledges their answers, and sends definitions.
@@ -153,6 +157,8 @@ class Workforce {
   std::int64_t num_unsynced_ = 0;               // accepted, and perhaps not on stable storage
   bool gives_out_ = true;
   bool refuses_workers_ = false;  // has said so, since there was room for one
+  int num_told_ = 0;              // of workers that have joined
+  int num_joined_since_ = 0;
   TimePoint last_progress_;
   TimePoint hedge_at_;  // not before
 };

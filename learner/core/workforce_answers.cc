@@ -143,7 +143,7 @@ bool Workforce::answers_open_question(const protocol::RolloutResult& result) con
 TimePoint Workforce::lease_end_if_held(TimePoint now, const WorkerEntry& worker) const {
   const std::size_t num_leased = ledger_.leases_of(worker.id).size();
   const Duration lease = lease_duration(worker, num_leased, rollout_time_s_);
-  return now + std::max(protocol::kHeldLeaseMin, lease);
+  return now + std::max(workers_.heartbeats().held_lease_min, lease);
 }
 
 /// What it says it holds. Of a lease it cannot have read yet, an old word says nothing.

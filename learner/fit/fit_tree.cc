@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,20 @@
 namespace treeroll {
 namespace {
 
+/// What components = "auto" goes by: so close a start learns as well as a closer one.
+constexpr double kSufficientError = .1;
+
+Gmm in_order_of_first_input(const Gmm& gmm) {
+  std::vector<Component> components = gmm.components();
+  std::stable_sort(components.begin(), components.end(),
+                   [](const Component& a, const Component& b) { return a.mean[0] < b.mean[0]; });
+  return Gmm(gmm.input_dim(), std::move(components));
+}
+
+Gmm refined(const Gmm& gmm, const Eigen::MatrixXd& data, const FitSettings& settings) {
+  return settings.refine ? refine_regression(gmm, data, *settings.refine).gmm : gmm;
+}
+
 Gmm fit_layer(const Eigen::MatrixXd& data, int num_components, const FitSettings& settings) {
   try {
     const Gmm start = settings.start == FitStart::kKmeans
@@ -19,7 +34,9 @@ Gmm fit_layer(const Eigen::MatrixXd& data, int num_components, const FitSettings
                                    settings.em.regularisation)
                           : equally_spaced(data, settings.input_dim, num_components,
                                            settings.initial_output_deviation);
-    return fit_em(start, data, settings.em);
+    const Gmm fitted = fit_em(start, data, settings.em);
+    if (!settings.refine) return fitted;
+    return in_order_of_first_input(refined(in_order_of_first_input(fitted), data, settings));
   } catch (const FitError& error) {
     if (settings.start == FitStart::kKmeans) throw;
     throw FitError(
@@ -38,6 +55,23 @@ std::vector<int> parents_of_pairs(int num_children) {
   return parents;
 }
 
+/// P(component | x_n) down the whole chain of ancestors: siblings compete for what their parent
+/// has.
+Eigen::MatrixXd responsibilities_below(const std::vector<Component>& components,
+                                       const Eigen::MatrixXd& of_parents,
+                                       const Eigen::MatrixXd& data, int input_dim) {
+  Eigen::MatrixXd here(2 * of_parents.rows(), data.cols());
+  for (Eigen::Index p = 0; p < of_parents.rows(); ++p) {
+    const auto first = components.begin() + 2 * p;
+    const Eigen::MatrixXd among_siblings =
+        responsibilities(Gmm(input_dim, {first[0], first[1]}), data);
+    for (Eigen::Index k = 0; k < 2; ++k) {
+      here.row(2 * p + k) = among_siblings.row(k).cwiseProduct(of_parents.row(p));
+    }
+  }
+  return here;
+}
+
 }  // namespace
 
 TreeModel fit_flat(const Eigen::MatrixXd& data, int num_components, const FitSettings& settings) {
@@ -53,35 +87,34 @@ TreeModel fit_bottom_up(const Eigen::MatrixXd& data, int num_components_layer_1,
   while (static_cast<int>(layers.size()) < num_layers) {
     const Gmm& above = layers.back();
     std::vector<Component> components;
-    Eigen::MatrixXd here(2 * above.num_components(), data.cols());
-    for (int p = 0; p < above.num_components(); ++p) {
-      const Eigen::VectorXd of_parent = parent_responsibilities.row(p);
-      try {
+    try {
+      for (int p = 0; p < above.num_components(); ++p) {
         auto [first, second] = split(above[p], settings.split);
         const Gmm start(settings.input_dim, {std::move(first), std::move(second)});
-        const Gmm pair = fit_children(start, data, of_parent, settings.em);
-        const Eigen::MatrixXd among_siblings = responsibilities(pair, data);
-        for (int k = 0; k < 2; ++k) {
-          here.row(2 * p + k) = among_siblings.row(k).cwiseProduct(of_parent.transpose());
-          components.push_back(pair[k]);
-        }
-      } catch (const std::invalid_argument& error) {
-        throw FitError(error.what());
+        const Gmm pair =
+            fit_children(start, data, parent_responsibilities.row(p).transpose(), settings.em);
+        components.insert(components.end(), pair.components().begin(), pair.components().end());
       }
+      // All pairs at once, since a regression mixes them all: alone, each would leave an error
+      // where it meets the next.
+      components =
+          refined(Gmm(settings.input_dim, std::move(components)), data, settings).components();
+    } catch (const std::invalid_argument& error) {
+      throw FitError(error.what());
     }
+    parent_responsibilities =
+        responsibilities_below(components, parent_responsibilities, data, settings.input_dim);
     parents.push_back(parents_of_pairs(static_cast<int>(components.size())));
     layers.emplace_back(settings.input_dim, std::move(components));
-    parent_responsibilities = std::move(here);
   }
   return TreeModel::from_global(settings.frame_kind, std::move(layers), std::move(parents));
 }
 
 TreeModel fit_top_down(const Eigen::MatrixXd& data, int num_components_finest, int num_layers,
                        const FitSettings& settings) {
-  std::vector<Component> components = fit_layer(data, num_components_finest, settings).components();
-  std::stable_sort(components.begin(), components.end(),
-                   [](const Component& a, const Component& b) { return a.mean[0] < b.mean[0]; });
-  std::vector<Gmm> layers = {Gmm(settings.input_dim, components)};
+  std::vector<Gmm> layers = {
+      in_order_of_first_input(fit_layer(data, num_components_finest, settings))};
+  std::vector<Component> components = layers[0].components();
   std::vector<std::vector<int>> parents;
   while (static_cast<int>(layers.size()) < num_layers) {
     CHECK(components.size() % 2 == 0, "components are merged in pairs");
@@ -95,6 +128,21 @@ TreeModel fit_top_down(const Eigen::MatrixXd& data, int num_components_finest, i
   }
   parents.insert(parents.begin(), std::vector<int>());
   return TreeModel::from_global(settings.frame_kind, std::move(layers), std::move(parents));
+}
+
+int sufficient_components(const Eigen::MatrixXd& data, int step, const FitSettings& settings) {
+  CHECK(settings.refine, "components are counted by the error of a refined fit");
+  double least = std::numeric_limits<double>::infinity();
+  for (int number = step; number <= std::min<Eigen::Index>(kSufficientComponentsMax, data.cols());
+       number += step) {
+    const double error = relative_regression_error(fit_layer(data, number, settings), data);
+    if (error <= kSufficientError) return number;
+    least = std::min(least, error);
+  }
+  throw FitError(
+      fmt::format("of up to {} components none come within {} of the outputs' rms, the "
+                  "best within {:.2g}: say how many there are to be",
+                  kSufficientComponentsMax, kSufficientError, least));
 }
 
 }  // namespace treeroll

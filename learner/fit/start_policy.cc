@@ -23,9 +23,14 @@ constexpr std::size_t kFitLayersMax = 8;
 constexpr double kComponentsMax = 64;
 /// Densities evaluated by one fit: half a minute of a processor.
 constexpr double kWorkMax = 1e9;
+/// Samples times the square of the numbers that a refinement fits: as long.
+constexpr double kRefinementMax = 2e8;
+/// Studies of an earlier form had no refinement.
+constexpr int kFirstRefinedForm = 3;
 
 /// @param demonstration  what suits its units is the default
-FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration) {
+/// @param form           of the study that the settings are from
+FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration, int form) {
   FitSettings settings;
   settings.input_dim = demonstration.input_dim;
   settings.em.num_iterations =
@@ -62,8 +67,22 @@ FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration) 
       reader.choice("split_axis", {"cholesky", "principal"}, "cholesky") == "principal"
           ? SplitAxis::kPrincipal
           : SplitAxis::kCholesky;
+  const char* otherwise = form < kFirstRefinedForm ? "none" : "regression";
+  if (reader.choice("refine", {"regression", "none"}, otherwise) == "regression") {
+    settings.refine.emplace();
+    settings.refine->stop_relative_error = reader.number(
+        "stop_relative_error", {.min = 0, .max = 1}, settings.refine->stop_relative_error);
+  }
   reader.finish();
   return settings;
+}
+
+/// As few components as meet the demonstration: a layer of a flat model, two of a tree.
+std::vector<int> automatic_components(SettingsReader& policy, bool is_flat,
+                                      const Eigen::MatrixXd& data, const FitSettings& fit) {
+  if (!fit.refine) policy.refuse("components", "\"auto\" needs fit.refine = \"regression\"");
+  const int finest = sufficient_components(data, is_flat ? 1 : 2, fit);
+  return is_flat ? std::vector<int>{finest} : std::vector<int>{finest / 2, finest};
 }
 
 /// Number of components a layer, coarse to fine.
@@ -108,6 +127,7 @@ std::vector<double> log_likelihoods(const TreeModel& tree, const Eigen::MatrixXd
 }
 
 /// A start that was fitted before and comes from outside: is it one that these settings describe?
+/// @param components  of each layer; empty where the fit has counted them
 void check_fitted(SettingsReader& policy, const StartPolicy& fitted, const FitSettings& fit,
                   ThetaLayout layout, const std::vector<int>& components, Eigen::Index dim) {
   const auto* tree_policy = dynamic_cast<const TreePolicy*>(fitted.policy.get());
@@ -122,12 +142,34 @@ void check_fitted(SettingsReader& policy, const StartPolicy& fitted, const FitSe
   require(tree_policy->layout() == layout, "layout");
   require(tree.frame_kind() == fit.frame_kind, "kind of frames");
   require(tree.input_dim() == fit.input_dim && tree.dim() == dim, "number of inputs or outputs");
-  require(tree.num_layers() == static_cast<int>(components.size()), "number of layers");
-  for (int layer = 1; layer <= tree.num_layers(); ++layer) {
-    require(tree.layer(layer).num_components() == components[static_cast<std::size_t>(layer) - 1],
-            "number of components");
+  const auto num_layers = static_cast<std::size_t>(tree.num_layers());
+  require(components.empty() || num_layers == components.size(), "number of layers");
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    require(tree.num_components(static_cast<int>(i) + 1) == components[i], "number of components");
   }
-  require(fitted.log_likelihoods.size() == components.size(), "number of log-likelihoods");
+  require(fitted.log_likelihoods.size() == num_layers, "number of log-likelihoods");
+}
+
+void check_work(SettingsReader& policy, int num_components, const Eigen::MatrixXd& data,
+                const FitSettings& fit) {
+  const double samples = static_cast<double>(data.cols());
+  const double work = num_components * samples * fit.em.num_iterations;
+  if (work > kWorkMax) {
+    policy.refuse("fit", fmt::format("components x samples x iterations is {:.0f}, must be at most "
+                                     "{:.0f}",
+                                     work, kWorkMax));
+  }
+  if (!fit.refine) return;
+  const double inputs = fit.input_dim;
+  const double outputs = static_cast<double>(data.rows()) - inputs;
+  const double numbers =
+      num_components * (inputs + outputs + inputs * outputs + inputs * (inputs + 1) / 2 + 1);
+  if (samples * outputs * numbers * numbers <= kRefinementMax) return;
+  policy.refuse("fit.refine",
+                fmt::format("a regression of {:.0f} numbers to {} outputs of {} samples takes too "
+                            "long: outputs x samples x numbers^2 must be at most {:.0f}; or take "
+                            "\"none\"",
+                            numbers, outputs, samples, kRefinementMax));
 }
 
 StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, ThetaLayout layout,
@@ -135,31 +177,28 @@ StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, Thet
   const std::string model = policy.choice("model", {"tree", "flat", "top_down_tree"}, "tree");
   const Demonstration demonstration = read_demonstration(policy.table("demonstration"), sources);
   const Eigen::MatrixXd& data = demonstration.data;
-  FitSettings fit = read_fit(policy.table("fit"), demonstration);
+  FitSettings fit = read_fit(policy.table("fit"), demonstration, sources.form);
   fit.frame_kind = frame_kind;
-  const std::vector<int> components = read_components(policy, model == "flat", data.cols());
-  const double work =
-      1. * components.back() * static_cast<double>(data.cols()) * fit.em.num_iterations;
-  if (work > kWorkMax) {
-    policy.refuse("fit", fmt::format("components x samples x iterations is {:.0f}, must be at most "
-                                     "{:.0f}",
-                                     work, kWorkMax));
-  }
   StartPolicy start{.policy = {},
                     .log_likelihoods = {},
                     .demonstration = std::make_shared<const Eigen::MatrixXd>(data),
                     .demonstration_text = demonstration.text};
+  const bool is_flat = model == "flat";
+  std::vector<int> components;
+  const bool is_automatic = policy.is_word("components", "auto");
+  if (!is_automatic) components = read_components(policy, is_flat, data.cols());
+  check_work(policy, is_automatic ? kSufficientComponentsMax : components.back(), data, fit);
+  if (is_flat && !is_automatic) components = {components.back()};
   if (sources.fitted) {
-    const bool is_flat = model == "flat";
-    check_fitted(policy, *sources.fitted, fit, layout,
-                 is_flat ? std::vector<int>{components.back()} : components, data.rows());
+    check_fitted(policy, *sources.fitted, fit, layout, components, data.rows());
     start.policy = sources.fitted->policy;
     start.log_likelihoods = sources.fitted->log_likelihoods;
     return start;
   }
-  const int num_layers = static_cast<int>(components.size());
   try {
-    TreeModel tree = model == "flat"   ? fit_flat(data, components.back(), fit)
+    if (is_automatic) components = automatic_components(policy, is_flat, data, fit);
+    const int num_layers = static_cast<int>(components.size());
+    TreeModel tree = is_flat           ? fit_flat(data, components.back(), fit)
                      : model == "tree" ? fit_bottom_up(data, components.front(), num_layers, fit)
                                        : fit_top_down(data, components.back(), num_layers, fit);
     start.log_likelihoods = log_likelihoods(tree, data);

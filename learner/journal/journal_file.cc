@@ -21,7 +21,9 @@ constexpr std::size_t kBlockBytes = 1U << 16U;
 /// A window over a stream that is read once from start to end.
 class Window {
  public:
-  explicit Window(std::istream& file) : file_(file) {}
+  Window(std::istream& file, std::uint64_t offset) : file_(file), offset_(offset) {
+    if (offset > 0) file_.seekg(static_cast<std::streamoff>(offset));
+  }
 
   /// What is left from here on: at least `size` bytes unless the file ends before.
   std::string_view ahead(std::size_t size) {
@@ -45,7 +47,7 @@ class Window {
   std::istream& file_;
   std::string bytes_;
   std::size_t place_ = 0;
-  std::uint64_t offset_ = 0;
+  std::uint64_t offset_;
 };
 
 /// Goes to where a record may begin, the byte it stands at or one behind it.
@@ -91,12 +93,15 @@ JournalStart longest_start() { return {.program = std::string(kProgramBytesMax, 
 
 Result<JournalTail> read_journal_places(
     std::istream& file, const std::string& name,
-    const std::function<void(const JournalRecord&, const RecordPlace&)>& on_record) {
+    const std::function<void(const JournalRecord&, const RecordPlace&)>& on_record,
+    const JournalTail& from) {
   const auto damaged = [&name](std::int64_t record, std::uint64_t offset, const std::string& what) {
     return Error{fmt::format("{}: record {} at byte {}: {}", name, record, offset, what)};
   };
-  Window window(file);
-  JournalTail tail;
+  Window window(file, from.intact_bytes);
+  JournalTail tail = from;
+  tail.torn_bytes = 0;
+  tail.torn_bytes_are_zero = false;
   while (!window.ahead(kJournalRecordBytesMax).empty()) {
     Result<FramedRecord> framed = unframe(window.ahead(kJournalRecordBytesMax));
     if (!framed) {

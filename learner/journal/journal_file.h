@@ -36,9 +36,11 @@ struct RecordPlace {
   std::uint64_t end = 0;    ///< the byte behind it
 };
 /// The same of bytes that may be no file. `name` stands for the path in errors.
+/// @param from  what was read before: goes on behind it, as a learner has written more
 Result<JournalTail> read_journal_places(
     std::istream& bytes, const std::string& name,
-    const std::function<void(const JournalRecord&, const RecordPlace&)>& on_record);
+    const std::function<void(const JournalRecord&, const RecordPlace&)>& on_record,
+    const JournalTail& from = {});
 Result<JournalTail> read_journal(std::istream& bytes, const std::string& name,
                                  const std::function<void(const JournalRecord&)>& on_record);
 

@@ -13,8 +13,9 @@
 namespace treeroll {
 
 /// The form of resolved studies. 1 is that of version 0.1.0, which did not say so: it had the paths
-/// of CSV demonstrations, and the settings of tasks as they were given.
-inline constexpr int kStudyFormat = 2;
+/// of CSV demonstrations, and the settings of tasks as they were given. Fits of 1 and 2 are not
+/// refined unless a study says so.
+inline constexpr int kStudyFormat = 3;
 
 /// A study with every setting resolved, as study.toml of a state directory: a study file that loads
 /// to an equal study, on any machine and without any other file.

@@ -54,8 +54,10 @@ struct ResolvedPolicy {
 class PolicyCache {
  public:
   /// @param stored  what a resolved study holds of its starts; must outlive the cache
-  PolicyCache(const PolicyRegistry& registry, const StudyStore& stored, StoredStarts starts)
-      : registry_(registry), stored_(stored), starts_(starts) {}
+  /// @param form    of the study
+  PolicyCache(const PolicyRegistry& registry, const StudyStore& stored, StoredStarts starts,
+              int form)
+      : registry_(registry), stored_(stored), starts_(starts), form_(form) {}
 
   const ResolvedPolicy& get(const json& settings) {
     const std::string key = settings.dump();
@@ -79,7 +81,8 @@ class PolicyCache {
     std::optional<StartPolicy> fitted;
     if (starts_ == StoredStarts::kTaken) fitted = stored_.start(settings, registry_);
     StartPolicy start = registry_.read_start(
-        reader, {.read_file = read_demonstration_file,
+        reader, {.form = form_,
+                 .read_file = read_demonstration_file,
                  .find_demonstration =
                      [this](const std::string& content) { return stored_.demonstration(content); },
                  .fitted = fitted ? &*fitted : nullptr});
@@ -107,6 +110,7 @@ class PolicyCache {
   const PolicyRegistry& registry_;
   const StudyStore& stored_;
   StoredStarts starts_;
+  int form_;
   std::map<std::string, ResolvedPolicy> policies_;
 };
 
@@ -222,6 +226,13 @@ std::vector<std::string> demonstration_columns(const json& policy) {
   return columns;
 }
 
+/// A study that no program has written is of the latest form.
+int form_of(const StudyDocument& document) {
+  const json& attached = document.attached();
+  return attached.contains("written_by") ? attached["written_by"]["format"].get<int>()
+                                         : kStudyFormat;
+}
+
 /// Reads the conditions of a document one after the other.
 class StudyBuilder {
  public:
@@ -230,7 +241,7 @@ class StudyBuilder {
       : file_(std::move(file)),
         document_(document),
         registry_(policies),
-        policies_(policies, stored_, starts) {
+        policies_(policies, stored_, starts, form_of(document)) {
     const json& attached = document.attached();
     try {
       if (attached.contains("demonstrations")) {

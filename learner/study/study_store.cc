@@ -56,7 +56,7 @@ std::optional<StartPolicy> StudyStore::start(const json& policy_settings,
   json resolved;
   SettingsReader reader(*found, "starts." + name, resolved);
   StartPolicy start;
-  start.log_likelihoods = reader.numbers("log_likelihoods", kAnyNumber, 1, kLayersMax);
+  start.log_likelihoods = reader.numbers("log_likelihoods", kAnyNumber, 0, kLayersMax);
   Result<PolicyPtr> policy = policies.from_json(reader.string("policy"));
   if (!policy) throw ConfigError("starts." + name + ".policy", "", policy.error().message);
   reader.finish();

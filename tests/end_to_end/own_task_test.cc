@@ -82,6 +82,19 @@ TEST_F(OwnTaskTest, IsBuiltAgainstTheInstalledPackageAndLearnt) {
   EXPECT_FALSE(fs::exists(service_.directory() / "refused"));
 }
 
+/// With the flags that pkg-config gives.
+TEST_F(OwnTaskTest, APolicyActsInAProgramInC) {
+  const std::string program = (service_.directory() / "acts").string();
+  const std::string library = (prefix_ / "lib").string();
+  run("/bin/sh", {"-c", "cc -std=c11 " TREEROLL_SOURCE_DIR "/tests/policy_library/acts.c -o " +
+                            program + " $(PKG_CONFIG_PATH=" + library +
+                            "/pkgconfig pkg-config --cflags --libs treeroll_policy)"});
+  Daemon acts("/bin/sh", {"-c", "echo '{}' | LD_LIBRARY_PATH=" + library + " " + program},
+              service_.directory());
+  EXPECT_EQ(acts.wait(seconds(20)), 0) << acts.standard_error();
+  EXPECT_THAT(acts.standard_output(), HasSubstr("error: "));
+}
+
 TEST_F(OwnTaskTest, FindsEachHeaderThatAnInstalledOneIncludes) {
   const fs::path headers = prefix_ / "include/treeroll";
   const std::regex include("#include \"([^\"]+)\"");

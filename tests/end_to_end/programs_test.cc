@@ -91,7 +91,7 @@ class ProgramsTest : public ::testing::Test {
 
 TEST_F(ProgramsTest, EveryOneSaysItsVersionInTheSameForm) {
   std::string of_first;
-  for (const char* name : {"learner", "worker", "evaluate", "replay", "report"}) {
+  for (const char* name : {"learner", "worker", "evaluate", "replay", "report", "doctor"}) {
     const std::string program = std::string("treeroll-") + name;
     Daemon asked(program, {"--version"}, service_.directory());
     EXPECT_EQ(asked.wait(seconds(20)), 0);

@@ -186,7 +186,7 @@ TEST_F(ReplayTest, WhatCannotBeWrittenAtAnExtensionNamesTheWayOn) {
 TEST_F(ReplayTest, ALaterFormIsRefusedByEveryProgram) {
   const fs::path directory = learn("later");
   std::string study = read_file(directory / "study.toml");
-  study.replace(study.find("format = 2"), 10, "format = 3");
+  study.replace(study.find("format = 3"), 10, "format = 4");
   write_file(directory / "study.toml", study + "\n[cameras]\nnumber = 2\n");
   const std::string policy = (directory / "policies" / "tree-0.json").string();
   const std::vector<std::pair<std::string, std::vector<std::string>>> calls = {
@@ -197,7 +197,7 @@ TEST_F(ReplayTest, ALaterFormIsRefusedByEveryProgram) {
   for (const auto& [program, arguments] : calls) {
     const Said refused = run(program, arguments);
     EXPECT_EQ(refused.status, 2) << program;
-    EXPECT_THAT(refused.errors, HasSubstr("this program reads forms up to 2: take treeroll "));
+    EXPECT_THAT(refused.errors, HasSubstr("this program reads forms up to 3: take treeroll "));
   }
 }
 

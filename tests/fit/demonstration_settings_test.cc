@@ -90,10 +90,11 @@ TEST_F(DemonstrationSettingsTest, FitsTheColumnsOfFiles) {
 }
 
 TEST_F(DemonstrationSettingsTest, AStartByKmeansIsTheFitFromItsClusters) {
-  json table = {{"model", "flat"},
-                {"components", {3}},
-                {"demonstration", demonstration()},
-                {"fit", {{"start", "kmeans"}, {"kmeans_seed", 5}, {"iterations", 0}}}};
+  json table = {
+      {"model", "flat"},
+      {"components", {3}},
+      {"demonstration", demonstration()},
+      {"fit", {{"start", "kmeans"}, {"kmeans_seed", 5}, {"iterations", 0}, {"refine", "none"}}}};
   const StartPolicy policy = start(table);
   json resolved;
   const json files = demonstration();

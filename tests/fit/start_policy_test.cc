@@ -1,5 +1,6 @@
 #include "learner/fit/start_policy.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -44,13 +45,14 @@ TEST(StartPolicyTest, GivesTheTreeOfTheSwingUpByDefault) {
   EXPECT_EQ(tree_of(policy).frame_kind(), FrameKind::kEigenvector);
   FitSettings settings;
   settings.em.regularisation = Eigen::Vector2d(1e-3, 1);
+  settings.refine.emplace();
   const TreeModel expected = fit_bottom_up(demonstrate({}), 2, 2, settings);
   EXPECT_EQ(to_json(*policy.policy),
             to_json(TreePolicy(expected, 1, tree_policy(policy).layout())));
 }
 
 TEST(StartPolicyTest, TellsHowWellEachLayerDescribesTheDemonstration) {
-  const StartPolicy policy = read_start("{}");
+  const StartPolicy policy = read_start(R"({"fit": {"refine": "none"}})");
   ASSERT_EQ(policy.log_likelihoods.size(), 2);
   const Eigen::MatrixXd data = demonstrate({});
   EXPECT_EQ(policy.log_likelihoods[0], mean_log_likelihood(tree_of(policy).layer(1), data));
@@ -72,11 +74,12 @@ TEST(StartPolicyTest, ReadsEveryKey) {
       "demonstration": {"kind": "cart_acceleration", "duration_s": 2, "samples": 100,
                         "p": [0.1, -0.2, 0.3, 0.05]},
       "fit": {"iterations": 50, "regularisation": [0.002, 0.5], "initial_output_deviation": 4,
-              "split_axis": "principal"}})");
+              "split_axis": "principal", "refine": "regression", "stop_relative_error": 0.05}})");
   FitSettings settings;
   settings.frame_kind = FrameKind::kCholesky;
   settings.em = {50, Eigen::Vector2d(.002, .5)};
   settings.initial_output_deviation = 4;
+  settings.refine = RegressionSettings{.stop_relative_error = .05};
   const Eigen::MatrixXd data = demonstrate({2, 100, {.1, -.2, .3, .05}});
   const TreeModel expected = fit_top_down(data, 4, 3, settings);
   EXPECT_EQ(tree_policy(policy).layout(), ThetaLayout::kMeans);
@@ -87,14 +90,59 @@ TEST(StartPolicyTest, ReadsEveryKey) {
   settings.em.regularisation = Eigen::Vector2d(1e-3, 1);
   settings.split.axis = SplitAxis::kPrincipal;
   const TreeModel principal = fit_bottom_up(demonstrate({}), 2, 2, settings);
-  EXPECT_EQ(to_json(*read_start(R"({"fit": {"split_axis": "principal"}})").policy),
-            to_json(TreePolicy(principal, 1, ThetaLayout::kMeansCholesky)));
+  EXPECT_EQ(
+      to_json(*read_start(R"({"fit": {"split_axis": "principal", "refine": "none"}})").policy),
+      to_json(TreePolicy(principal, 1, ThetaLayout::kMeansCholesky)));
 }
 
 TEST(StartPolicyTest, UsesTheLastLayersNumberForAFlatModel) {
   const StartPolicy policy = read_start(R"({"model": "flat", "components": [2, 5]})");
   EXPECT_EQ(tree_of(policy).num_layers(), 1);
   EXPECT_EQ(tree_of(policy).num_components(1), 5);
+}
+
+TEST(StartPolicyTest, CountsComponentsItselfWhereAsked) {
+  json resolved;
+  EXPECT_EQ(tree_of(read_start(R"({"model": "flat", "components": "auto"})", &resolved))
+                .num_components(1),
+            3);
+  EXPECT_EQ(resolved["components"], "auto");
+  const StartPolicy tree = read_start(R"({"model": "top_down_tree", "components": "auto"})");
+  EXPECT_EQ(tree_of(tree).num_components(1), 2);
+  EXPECT_EQ(tree_of(tree).num_components(2), 4);
+}
+
+/// Defaults of two kinds of demonstration regularise the same data differently, and EM ends in two
+/// places: refined, they are worth the same.
+TEST(StartPolicyTest, OneDemonstrationGivesOneCurveWhateverItCameFrom) {
+  std::string csv = "t,u\n";
+  const Eigen::MatrixXd data = demonstrate({});
+  for (Eigen::Index n = 0; n < data.cols(); ++n) {
+    csv += fmt::format("{},{}\n", data(0, n), data(1, n));
+  }
+  const json table = json::parse(R"({"model": "flat", "components": [4], "demonstration":
+      {"kind": "csv", "files": ["demo.csv"], "inputs": ["t"], "outputs": ["u"]}})");
+  json resolved;
+  SettingsReader reader(table, "policy", resolved);
+  const StartPolicy from_file =
+      read_start_policy(reader, {.read_file = [&](const std::string&) { return csv; }});
+  const StartPolicy built_in = read_start(R"({"model": "flat", "components": [4]})");
+  const Gmm finest[] = {tree_of(from_file).finest(), tree_of(built_in).finest()};
+  for (const Gmm& gmm : finest) EXPECT_LE(relative_regression_error(gmm, data), .02);
+}
+
+TEST(StartPolicyTest, FitsOfEarlierFormsAreNotRefinedUnlessTheySaySo) {
+  const auto start_of_form = [](const char* text, int form) {
+    const json table = json::parse(text);
+    json resolved;
+    SettingsReader reader(table, "policy", resolved);
+    return to_json(*read_start_policy(reader, {.form = form}).policy);
+  };
+  const char* refined = R"({"fit": {"refine": "regression"}})";
+  const char* plain = R"({"fit": {"refine": "none"}})";
+  EXPECT_EQ(start_of_form("{}", 2), start_of_form(plain, 3));
+  EXPECT_EQ(start_of_form("{}", 3), start_of_form(refined, 2));
+  EXPECT_NE(start_of_form("{}", 2), start_of_form("{}", 3));
 }
 
 TEST(StartPolicyTest, ResolvesToSettingsThatGiveTheSamePolicy) {
@@ -135,6 +183,13 @@ TEST(StartPolicyTest, RefusesWhatCannotBeUsedNamingTheKey) {
       {R"({"fit": {"initial_output_deviation": 0}})", "policy.fit.initial_output_deviation"},
       {R"({"fit": {"split_axis": "x"}})", "policy.fit.split_axis"},
       {R"({"fit": {"seed": 1}})", "policy.fit.seed"},
+      {R"({"fit": {"refine": "yes"}})", "policy.fit.refine"},
+      {R"({"fit": {"refine": "none", "stop_relative_error": 0.1}})",
+       "policy.fit.stop_relative_error"},
+      {R"({"components": "auto", "fit": {"refine": "none"}})", "needs fit.refine"},
+      {R"({"components": "some"})", "must be a list of numbers"},
+      {R"({"model": "flat", "components": [64], "demonstration": {"samples": 10000}})",
+       "samples x numbers^2"},
       {R"({"fit": {"iterations": 100000}, "demonstration": {"samples": 100000}})",
        "components x samples x iterations"},
       {R"({"model": "flat", "components": [4], "demonstration": {"samples": 4},

@@ -153,21 +153,21 @@ TEST_F(StandaloneStudyTest, HostileContentsAreRefusedWithTheirPlace) {
 }
 
 TEST_F(StandaloneStudyTest, ALaterFormIsNamedWithTheProgramThatWroteIt) {
-  EXPECT_THAT(resolved_, HasSubstr("[written_by]\nformat = 2\nprogram = \"0.2.0\"\n"));
-  EXPECT_EQ(error(replaced(resolved_, "format = 2\nprogram = \"0.2.0\"",
-                           "format = 3\nnew = true\nprogram = \"4.5\"")),
-            "FILE:3: written_by.format = 3: this program reads forms up to 2: take treeroll 4.5");
-  EXPECT_THAT(error(replaced(resolved_, "format = 2", "format = \"x\"")),
+  EXPECT_THAT(resolved_, HasSubstr("[written_by]\nformat = 3\nprogram = \"0.2.0\"\n"));
+  EXPECT_EQ(error(replaced(resolved_, "format = 3\nprogram = \"0.2.0\"",
+                           "format = 4\nnew = true\nprogram = \"4.5\"")),
+            "FILE:3: written_by.format = 4: this program reads forms up to 3: take treeroll 4.5");
+  EXPECT_THAT(error(replaced(resolved_, "format = 3", "format = \"x\"")),
               HasSubstr("written_by.format"));
 }
 
 /// A form that is not known may hold tables and settings that are not either.
 TEST_F(StandaloneStudyTest, ALaterFormIsRefusedBeforeItsTablesAre) {
   const std::string later =
-      replaced(resolved_, "format = 2\nprogram = \"0.2.0\"", "format = 3\nprogram = \"4.5\"") +
+      replaced(resolved_, "format = 3\nprogram = \"0.2.0\"", "format = 4\nprogram = \"4.5\"") +
       "\n[cameras]\nnumber = 2\n";
   const std::string refusal =
-      "FILE:3: written_by.format = 3: this program reads forms up to 2: take treeroll 4.5";
+      "FILE:3: written_by.format = 4: this program reads forms up to 3: take treeroll 4.5";
   EXPECT_EQ(error(later), refusal);
   EXPECT_EQ(error_of(StudyText(later), [](const fs::path& path) { (void)read_study_name(path); }),
             refusal);
@@ -201,7 +201,7 @@ TEST_F(StandaloneStudyTest, AStudyOfTheFirstFormIsWrittenInThisOneAndNeedsItsFil
                 "content = \"" + of_files + "\"\nfiles = [\"" +
                     (file_.folder() / "demo.csv").string() + "\"]");
   first.erase(first.find("[demonstrations]"));
-  first = replaced(first, "[written_by]\nformat = 2\nprogram = \"0.2.0\"\n", "");
+  first = replaced(first, "[written_by]\nformat = 3\nprogram = \"0.2.0\"\n", "");
   const StudyText old(first);
   const LoadedStudy loaded = load_study(old.path(), {});
   study_test::expect_equal(loaded.study, loaded_->study);
@@ -210,6 +210,15 @@ TEST_F(StandaloneStudyTest, AStudyOfTheFirstFormIsWrittenInThisOneAndNeedsItsFil
   fs::remove(file_.folder() / "demo.csv");
   const StudyText written(loaded.resolved.to_toml("0.2.0"));
   study_test::expect_equal(load_study(written.path(), {}).study, loaded.study);
+}
+
+/// Programs that wrote form 2 refined no fit, and their studies do not say so.
+TEST_F(StandaloneStudyTest, AStudyOfTheSecondFormKeepsTheFitThatItHad) {
+  std::string second = replaced(resolved_, "format = 3", "format = 2");
+  second = replaced(second, "refine = \"regression\"\n", "");
+  second = replaced(second, "stop_relative_error = 0.02\n", "");
+  EXPECT_THAT(load_study(StudyText(second).path(), {}).resolved.to_toml(""),
+              HasSubstr("refine = \"none\""));
 }
 
 TEST_F(StandaloneStudyTest, WhatATaskHasResolvedIsPartOfTheStudy) {
@@ -236,7 +245,8 @@ TEST_F(StandaloneStudyTest, ALargeDemonstrationIsHeldToo) {
   demonstration << "t,u\n";
   for (int i = 0; i < 90'000; ++i) demonstration << i / 19e3 << ',' << (i % 1001) / 7. << '\n';
   demonstration.close();
-  const LoadedStudy large = load_study(file_.path(), {"policy.fit.iterations=1"});
+  const LoadedStudy large =
+      load_study(file_.path(), {"policy.fit.iterations=1", "policy.fit.refine=none"});
   const StudyText resolved(large.resolved.to_toml(""));
   EXPECT_GT(fs::file_size(resolved.path()), 1U << 20U);
   const LoadedStudy again = load_study(resolved.path(), {});

@@ -25,8 +25,10 @@ Death cause_of(const ChildEnd& end) {
 }  // namespace
 
 Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
-                                                         WorkerSettings settings) {
+                                                         WorkerSettings settings,
+                                                         EvaluatorSettings evaluators) {
   std::unique_ptr<WorkerDaemon> daemon(new WorkerDaemon);
+  daemon->evaluators_ = std::move(evaluators);
   using transport::Channel;
   transport::BusOptions options;
   options.url = url;
@@ -45,7 +47,6 @@ Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
 }
 
 WorkerDaemon::~WorkerDaemon() {
-  block_stop_signals();  // the loop gives them up, which would then end a worker that is done
   for (Slot& slot : slots_) {
     unwatch(slot);
     if (slot.process) slot.process->kill();  // all first, then each is waited for
@@ -105,7 +106,7 @@ void WorkerDaemon::perform(const SendMessage& effect) {
 
 void WorkerDaemon::perform(const StartEvaluator& effect) {
   Slot& slot = slot_of(effect.evaluator);
-  Result<EvaluatorProcess> process = EvaluatorProcess::start();
+  Result<EvaluatorProcess> process = EvaluatorProcess::start(evaluators_);
   if (!process) {
     complain("evaluators that cannot be started", process.error().message);
     post(EvaluatorDied{effect.evaluator, Death::kExited, 1});

@@ -20,8 +20,8 @@ namespace treeroll::worker {
 class WorkerDaemon {
  public:
   /// Opens the bus. Fails with one line for a person; nothing has been started then.
-  static Result<std::unique_ptr<WorkerDaemon>> open(const std::string& url,
-                                                    WorkerSettings settings);
+  static Result<std::unique_ptr<WorkerDaemon>> open(const std::string& url, WorkerSettings settings,
+                                                    EvaluatorSettings evaluators);
   ~WorkerDaemon();
   WorkerDaemon(const WorkerDaemon&) = delete;
   WorkerDaemon& operator=(const WorkerDaemon&) = delete;
@@ -66,6 +66,7 @@ class WorkerDaemon {
   transport::Loop loop_;
   transport::Timer timer_{loop_, [this] { post(TimerFired{}); }};
   std::unique_ptr<transport::Bus> bus_;
+  EvaluatorSettings evaluators_;
   std::optional<WorkerCore> core_;
   std::vector<Slot> slots_;
   std::deque<Event> events_;

@@ -25,6 +25,15 @@ class LearnerLink {
     given_up_ = false;
   }
   void hear_batch(TimePoint now, std::int64_t sequence);
+  /// Its status: so many workers have joined it.
+  void hear_status(TimePoint now, int num_workers) {
+    hear(now);
+    num_workers_ = num_workers;
+  }
+  /// As it said last; 0 before, and nothing once it is given up.
+  std::optional<int> num_workers() const {
+    return given_up_ ? std::nullopt : std::optional(num_workers_);
+  }
   /// This process was stopped for so long: no silence of the learner's.
   void excuse(Duration delay) { heard_ += delay; }
   TimePoint heard() const { return heard_; }
@@ -75,7 +84,8 @@ class LearnerLink {
   /// The learner says what it has seen. An index that was never sent says nothing beyond the last.
   /// @param any_left      of all answers there are for it: some are not settled
   /// @param any_settled   some that were not are settled now
-  void on_acknowledged(TimePoint now, std::int64_t seen_index, bool any_left, bool any_settled);
+  /// @return  whether it was not known: some are seen or settled that were not
+  bool on_acknowledged(TimePoint now, std::int64_t seen_index, bool any_left, bool any_settled);
   /// Whether answers are to be sent again now: their absence shows by the learner's silence.
   bool repetition_due(TimePoint now) const { return repeat_at_ && now >= *repeat_at_; }
   /// With each repetition. @return index of the first answer to repeat: the oldest that has not
@@ -99,6 +109,7 @@ class LearnerLink {
   const WorkerSettings& settings_;
   TimePoint heard_;
   bool given_up_ = false;
+  int num_workers_ = 0;
   std::int64_t last_batch_ = 0;
   std::uint64_t received_ = 0;
   bool missing_ = false;

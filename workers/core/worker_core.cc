@@ -87,7 +87,10 @@ void WorkerCore::on(const Turn& turn, const MessageReceived& event) {
     is_theta ? take_theta(turn, *piece) : definitions_.receive(turn, *piece, queue_);
   } else if (const auto* status = std::get_if<protocol::LearnerStatus>(&event.message)) {
     const auto known = learners_.find(status->learner_id);
-    if (known != learners_.end()) known->second.hear(turn.now);
+    if (known == learners_.end()) return beat_within(turn, protocol::kIdleHeartbeat);
+    known->second.hear_status(turn.now, status->num_workers);
+    count_workers();
+    beat_within(turn, heartbeat());
   }
 }
 
@@ -119,6 +122,7 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
     }
     if (learner.is_to_be_given_up(turn.now)) {
       learner.give_up();
+      count_workers();
       give_up_work_of(turn, id);
     }
     if (learner.asking_due(turn.now)) ask_for_definitions(turn, id, learner);
@@ -199,6 +203,7 @@ LearnerLink* WorkerCore::meet(const Turn& turn, protocol::LearnerId id) {
     forget(turn, victim->first);
   }
   turn.inform("learners served", fmt::format("serves learner {}", id));
+  num_workers_ = 0;  // it has not said how many it hears
   return &learners_.try_emplace(id, settings_, answers_.last_index(id)).first->second;
 }
 
@@ -213,6 +218,7 @@ void WorkerCore::forget(const Turn& turn, protocol::LearnerId id) {
     last_batches_.erase(last_batches_.begin());
   }
   learners_.erase(id);
+  count_workers();
 }
 
 /// Nobody waits for it any more, and whoever else has work should have the evaluators.
@@ -256,7 +262,9 @@ void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) 
     const bool any_settled = answers_.acknowledge(batch.learner_id, settled);
     const bool any_left =
         answers_.first_index(batch.learner_id) <= answers_.last_index(batch.learner_id);
-    learner->on_acknowledged(turn.now, acknowledgement.seen_index, any_left, any_settled);
+    const bool is_news = learner->on_acknowledged(turn.now, acknowledgement.seen_index, any_left,
+                                                  any_settled);
+    if (!is_news) beat_within(turn, protocol::kBusyHeartbeat);  // a greeting, most likely
   }
   for (const auto& request : batch.rollouts) {
     if (mine(request)) take_request(turn, batch.learner_id, batch.sequence, request);
@@ -275,14 +283,13 @@ void WorkerCore::take_request(const Turn& turn, protocol::LearnerId learner, std
     held->sequence = sequence;
     if (held->request.content == request.content) {
       held->request.attempt = std::max(held->request.attempt, request.attempt);
-      return;
+      // Its learner does not know that it is held.
+      return beat_within(turn, protocol::kBusyHeartbeat);
     }
     drop(name);
   }
   if (free_slots() <= 0) return;
-  if (queue_.size() == 0) {
-    heartbeat_at_ = std::min(heartbeat_at_, turn.now + settings_.busy_heartbeat);
-  }
+  if (queue_.size() == 0) beat_within(turn, protocol::heartbeats_of(num_workers_).busy);
   queue_.add(name, request, sequence, turn.now);
   definitions_.touch({DefinitionKind::kTask, request.task_id});
   definitions_.touch({DefinitionKind::kPolicy, request.policy_id});

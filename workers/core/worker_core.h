@@ -76,6 +76,9 @@ class WorkerCore {
   void send_new_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void repeat_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void send_status(const Turn& turn);
+  Duration heartbeat() const;
+  void beat_within(const Turn& turn, Duration interval);
+  void count_workers();
   int free_slots() const;
   std::size_t batch_room() const;
 
@@ -89,6 +92,7 @@ class WorkerCore {
   EvaluatorPool evaluators_;
   TimePoint last_step_;
   TimePoint heartbeat_at_;
+  int num_workers_ = 0;  ///< those of its learners that hear the fewest hear so many
   bool status_due_ = false;  ///< what learners should know before the next heartbeat has changed
   bool draining_ = false;
   bool exited_ = false;

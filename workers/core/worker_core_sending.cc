@@ -139,11 +139,31 @@ void WorkerCore::send_status(const Turn& turn) {
     } while (slice.last != protocol::kLastKey);
   }
   status_due_ = false;
-  heartbeat_at_ =
-      turn.now + (queue_.size() > 0 ? settings_.busy_heartbeat : settings_.idle_heartbeat);
+  heartbeat_at_ = turn.now + heartbeat();
   for (protocol::WorkerStatus& status : statuses) {
     turn.effects.emplace_back(SendMessage{std::move(status)});
   }
+}
+
+/// Until the next heartbeat. Who has no learner keeps the pace of the last one: one that starts
+/// wakes it.
+Duration WorkerCore::heartbeat() const {
+  const protocol::Heartbeats beats = protocol::heartbeats_of(num_workers_);
+  return queue_.size() > 0 ? beats.busy : beats.idle;
+}
+
+void WorkerCore::beat_within(const Turn& turn, Duration interval) {
+  heartbeat_at_ = std::min(heartbeat_at_, turn.now + interval);
+}
+
+/// Each learner counts on heartbeats as often as what it has said allows.
+void WorkerCore::count_workers() {
+  std::optional<int> fewest;
+  for (const auto& [id, learner] : learners_) {
+    const std::optional<int> heard = learner.num_workers();
+    if (heard) fewest = std::min(*heard, fewest.value_or(*heard));
+  }
+  num_workers_ = fewest.value_or(num_workers_);
 }
 
 /// Room is where an evaluator lives: what is taken without one would be kept from other workers.

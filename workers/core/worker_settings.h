@@ -37,8 +37,6 @@ struct WorkerSettings {
   // What learners rely on: common/protocol/timings.h.
   Duration learner_gone = protocol::kLearnerGone;
   Duration learner_silence_max = protocol::kLearnerSilenceMax;
-  Duration busy_heartbeat = protocol::kBusyHeartbeat;
-  Duration idle_heartbeat = protocol::kIdleHeartbeat;
   Duration answer_delay_max = protocol::kAnswerDelayMax;
   Duration repeat_interval_min = protocol::kRepeatIntervalMin;
   Duration repeat_interval_max = protocol::kRepeatIntervalMax;

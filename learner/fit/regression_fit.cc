@@ -1,0 +1,332 @@
+#include "learner/fit/regression_fit.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "common/base/check.h"
+#include "common/base/elementary.h"
+#include "common/policy/tree/frame.h"
+
+namespace treeroll {
+namespace {
+
+constexpr double kDampingStart = 1e-2;
+constexpr double kDampingOnSuccess = .3;
+constexpr double kDampingOnFailure = 4;
+constexpr int kTriesMax = 8;
+/// Beside each element's own square: a direction that moves nothing is damped all the same.
+constexpr double kDampingFloor = 1e-6;
+/// A step that gains less of the sum of squares ends the fit.
+constexpr double kGainMin = 1e-7;
+constexpr double kDeviationMin = 1. / 70;  // of an input's range
+constexpr double kDeviationMax = 1.4;
+
+/// A component as the numbers that are fitted: mean of the inputs, mean of the outputs, psi row by
+/// row, the lower triangle of L_II row by row with log(L_ii), log(pi).
+struct Line {
+  Eigen::VectorXd mean_input;
+  Eigen::VectorXd mean_output;
+  Eigen::MatrixXd psi;     // dO x dI
+  Eigen::MatrixXd factor;  // dI x dI, L_II
+  double log_prior = 0;
+};
+
+struct Sizes {
+  Eigen::Index inputs;
+  Eigen::Index outputs;
+  Eigen::Index of_line() const {
+    return inputs + outputs + inputs * outputs + inputs * (inputs + 1) / 2 + 1;
+  }
+};
+
+std::vector<Line> to_lines(const Gmm& gmm) {
+  std::vector<Line> lines;
+  const int num_inputs = gmm.input_dim();
+  for (const Component& component : gmm.components()) {
+    if (!(component.prior > 0)) throw FitError("a component without weight cannot be refined");
+    const Eigen::MatrixXd factor = cholesky_factor(component.covariance);
+    lines.push_back({component.mean.head(num_inputs), component.mean.tail(gmm.output_dim()),
+                     factor.bottomLeftCorner(gmm.output_dim(), num_inputs),
+                     factor.topLeftCorner(num_inputs, num_inputs),
+                     elementary::log(component.prior)});
+  }
+  return lines;
+}
+
+/// The mixture of the lines, with what a regression does not know taken from `start`.
+Gmm to_gmm(const std::vector<Line>& lines, const Gmm& start) {
+  const int num_inputs = start.input_dim();
+  double sum_before = 0;
+  double sum = 0;
+  double largest = lines[0].log_prior;
+  for (const Line& line : lines) largest = std::max(largest, line.log_prior);
+  for (const Component& component : start.components()) sum_before += component.prior;
+  for (const Line& line : lines) sum += elementary::exp(line.log_prior - largest);
+  std::vector<Component> components;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    const Component& before = start[static_cast<int>(k)];
+    Eigen::MatrixXd factor = cholesky_factor(before.covariance);
+    factor.topLeftCorner(num_inputs, num_inputs) = lines[k].factor;
+    factor.bottomLeftCorner(start.output_dim(), num_inputs) = lines[k].psi;
+    Component component;
+    component.prior = sum_before * elementary::exp(lines[k].log_prior - largest) / sum;
+    component.mean.resize(start.dim());
+    component.mean << lines[k].mean_input, lines[k].mean_output;
+    component.covariance = factor * factor.transpose();
+    components.push_back(std::move(component));
+  }
+  return Gmm(num_inputs, std::move(components));
+}
+
+/// of lines and its derivative, sample by sample.
+class Regression {
+ public:
+  explicit Regression(const std::vector<Line>& lines)
+      : lines_(lines),
+        sizes_{lines[0].mean_input.size(), lines[0].mean_output.size()},
+        weights_(lines.size()) {
+    for (const Line& line : lines) {
+      const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(sizes_.inputs, sizes_.inputs);
+      inverse_factors_.emplace_back(line.factor.triangularView<Eigen::Lower>().solve(unit));
+      double constant = line.log_prior;
+      for (Eigen::Index i = 0; i < sizes_.inputs; ++i) {
+        constant -= elementary::log(line.factor(i, i));
+      }
+      constants_.push_back(constant);
+      slopes_.emplace_back(line.psi * inverse_factors_.back());
+      whitened_.emplace_back(sizes_.inputs);
+      conditional_.emplace_back(sizes_.outputs);
+    }
+  }
+
+  /// @param input  dI numbers
+  const Eigen::VectorXd& at(const Eigen::Ref<const Eigen::VectorXd>& input) {
+    double largest = -std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < lines_.size(); ++k) {
+      difference_ = input - lines_[k].mean_input;
+      whitened_[k].noalias() = inverse_factors_[k] * difference_;
+      conditional_[k] = lines_[k].mean_output;
+      conditional_[k].noalias() += lines_[k].psi * whitened_[k];
+      weights_[k] = constants_[k] - .5 * whitened_[k].squaredNorm();
+      largest = std::max(largest, weights_[k]);
+    }
+    double sum = 0;
+    for (double& weight : weights_) sum += (weight = elementary::exp(weight - largest));
+    mean_.setZero(sizes_.outputs);
+    for (std::size_t k = 0; k < lines_.size(); ++k) {
+      weights_[k] /= sum;
+      mean_ += weights_[k] * conditional_[k];
+    }
+    return mean_;
+  }
+
+  /// d output / d element of every line, dO x (K of_line()), at the input of the last at().
+  void derivative(Eigen::MatrixXd& into) {
+    into.setZero(sizes_.outputs, static_cast<Eigen::Index>(lines_.size()) * sizes_.of_line());
+    Eigen::Index column = 0;
+    for (std::size_t k = 0; k < lines_.size(); ++k) {
+      const double h = weights_[k];
+      const Eigen::VectorXd& z = whitened_[k];
+      const Eigen::MatrixXd& slope = slopes_[k];
+      pull_.noalias() = inverse_factors_[k].transpose() * z;  // S_II^-1 (x - mu_I)
+      beside_ = conditional_[k] - mean_;                      // d mean / d log h
+      for (Eigen::Index i = 0; i < sizes_.inputs; ++i) {
+        into.col(column++) = h * (pull_[i] * beside_ - slope.col(i));
+      }
+      for (Eigen::Index o = 0; o < sizes_.outputs; ++o) into(o, column++) = h;
+      for (Eigen::Index o = 0; o < sizes_.outputs; ++o) {
+        for (Eigen::Index i = 0; i < sizes_.inputs; ++i) into(o, column++) = h * z[i];
+      }
+      for (Eigen::Index i = 0; i < sizes_.inputs; ++i) {
+        for (Eigen::Index j = 0; j <= i; ++j) {
+          const double unit = i == j ? lines_[k].factor(i, i) : 1;  // by its logarithm
+          const double log_weight = unit * pull_[i] * z[j] - (i == j ? 1 : 0);
+          into.col(column++) = h * (log_weight * beside_ - unit * z[j] * slope.col(i));
+        }
+      }
+      into.col(column++) = h * beside_;
+    }
+  }
+
+ private:
+  const std::vector<Line>& lines_;
+  Sizes sizes_;
+  std::vector<Eigen::MatrixXd> inverse_factors_;
+  std::vector<Eigen::MatrixXd> slopes_;  // dO x dI
+  std::vector<double> constants_;
+  Eigen::VectorXd difference_, pull_, beside_;
+  std::vector<Eigen::VectorXd> whitened_;
+  std::vector<Eigen::VectorXd> conditional_;
+  std::vector<double> weights_;
+  Eigen::VectorXd mean_;
+};
+
+/// Bounds of the deviations, an input each.
+struct Deviations {
+  Eigen::VectorXd least;
+  Eigen::VectorXd most;
+};
+
+std::vector<Line> stepped(std::vector<Line> lines, const Eigen::VectorXd& step,
+                          const Deviations& deviations) {
+  Eigen::Index at = 0;
+  for (Line& line : lines) {
+    for (double& number : line.mean_input) number += step[at++];
+    for (double& number : line.mean_output) number += step[at++];
+    for (Eigen::Index o = 0; o < line.psi.rows(); ++o) {
+      for (Eigen::Index i = 0; i < line.psi.cols(); ++i) line.psi(o, i) += step[at++];
+    }
+    for (Eigen::Index i = 0; i < line.factor.rows(); ++i) {
+      for (Eigen::Index j = 0; j < i; ++j) line.factor(i, j) += step[at++];
+      line.factor(i, i) = std::clamp(line.factor(i, i) * elementary::exp(std::min(step[at++], 50.)),
+                                     deviations.least[i], deviations.most[i]);
+    }
+    line.log_prior += step[at++];
+  }
+  return lines;
+}
+
+/// The sum that is minimised, with J'J and J'r.
+struct Normal {
+  double cost = 0;
+  Eigen::MatrixXd squares;
+  Eigen::VectorXd gradient;
+};
+
+/// What the outputs are divided by.
+Eigen::VectorXd output_units(const Eigen::MatrixXd& outputs) {
+  Eigen::VectorXd unit(outputs.rows());
+  for (Eigen::Index o = 0; o < outputs.rows(); ++o) {
+    double sum = 0;
+    for (Eigen::Index n = 0; n < outputs.cols(); ++n) sum += outputs(o, n) * outputs(o, n);
+    unit[o] = sum > 0 ? std::sqrt(sum / static_cast<double>(outputs.cols())) : 1;
+  }
+  return unit;
+}
+
+/// The problem: data and the units of the outputs.
+class Problem {
+ public:
+  Problem(const Eigen::MatrixXd& data, Eigen::Index num_inputs)
+      : inputs_(data.topRows(num_inputs)),
+        outputs_(data.bottomRows(data.rows() - num_inputs)),
+        unit_(output_units(outputs_)),
+        share_(1 / static_cast<double>(outputs_.size())) {}
+
+  /// Mean over samples and outputs of the squared relative error.
+  double cost(const std::vector<Line>& lines) const {
+    Regression regression(lines);
+    Eigen::VectorXd r;
+    double sum = 0;
+    for (Eigen::Index n = 0; n < inputs_.cols(); ++n) {
+      residual(regression, n, r);
+      sum += r.squaredNorm();
+    }
+    return sum * share_;
+  }
+
+  /// Sums are written out, sample by sample: the same bits on every machine.
+  Normal normal(const std::vector<Line>& lines) const {
+    Regression regression(lines);
+    const Eigen::Index size =
+        static_cast<Eigen::Index>(lines.size()) * Sizes{inputs_.rows(), outputs_.rows()}.of_line();
+    Normal result{0, Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
+    Eigen::MatrixXd derivative;
+    Eigen::VectorXd r;
+    Eigen::VectorXd row;
+    for (Eigen::Index n = 0; n < inputs_.cols(); ++n) {
+      residual(regression, n, r);
+      result.cost += r.squaredNorm();
+      regression.derivative(derivative);
+      for (Eigen::Index o = 0; o < r.size(); ++o) {
+        row = derivative.row(o).transpose() / unit_[o];
+        result.gradient += r[o] * row;
+        for (Eigen::Index j = 0; j < size; ++j) {
+          if (row[j] == 0) continue;
+          result.squares.col(j).tail(size - j) += row[j] * row.tail(size - j);
+        }
+      }
+    }
+    result.cost *= share_;
+    result.gradient *= share_;
+    result.squares = (share_ * result.squares).selfadjointView<Eigen::Lower>();
+    return result;
+  }
+
+ private:
+  void residual(Regression& regression, Eigen::Index n, Eigen::VectorXd& into) const {
+    into = (regression.at(inputs_.col(n)) - outputs_.col(n)).cwiseQuotient(unit_);
+  }
+
+  Eigen::MatrixXd inputs_;
+  Eigen::MatrixXd outputs_;
+  Eigen::VectorXd unit_;
+  double share_;
+};
+
+/// One step downhill, with the damping that it took; nothing where none was found.
+std::optional<std::vector<Line>> improved(const Problem& problem, const std::vector<Line>& lines,
+                                          const Normal& normal, const Deviations& deviations,
+                                          double& damping, double& cost) {
+  const Eigen::VectorXd own = normal.squares.diagonal();
+  const double largest = own.maxCoeff();
+  if (!(largest > 0)) return std::nullopt;
+  for (int tries = 0; tries < kTriesMax; ++tries) {
+    Eigen::MatrixXd damped = normal.squares;
+    damped.diagonal() += damping * (own.array() + kDampingFloor * largest).matrix();
+    const Eigen::LLT<Eigen::MatrixXd> factorised(damped);
+    if (factorised.info() == Eigen::Success) {
+      const Eigen::VectorXd step = -factorised.solve(normal.gradient);
+      if (step.allFinite()) {
+        std::vector<Line> there = stepped(lines, step, deviations);
+        const double cost_there = problem.cost(there);
+        if (cost_there < cost) {
+          damping *= kDampingOnSuccess;
+          cost = cost_there;
+          return there;
+        }
+      }
+    }
+    damping *= kDampingOnFailure;
+  }
+  return std::nullopt;
+}
+
+Deviations deviations_of(const Eigen::MatrixXd& inputs) {
+  const Eigen::VectorXd range = inputs.rowwise().maxCoeff() - inputs.rowwise().minCoeff();
+  return {kDeviationMin * range, kDeviationMax * range};
+}
+
+}  // namespace
+
+RegressionFit refine_regression(const Gmm& start, const Eigen::MatrixXd& data,
+                                const RegressionSettings& settings) {
+  CHECK(data.rows() == start.dim() && data.cols() > 0, "data are d x N, N > 0");
+  const Problem problem(data, start.input_dim());
+  const Deviations deviations = deviations_of(data.topRows(start.input_dim()));
+  std::vector<Line> lines = to_lines(start);
+  double cost = problem.cost(lines);
+  double damping = kDampingStart;
+  const double enough = settings.stop_relative_error * settings.stop_relative_error;
+  for (int step = 0; step < settings.num_steps && cost > enough; ++step) {
+    const double before = cost;
+    std::optional<std::vector<Line>> better =
+        improved(problem, lines, problem.normal(lines), deviations, damping, cost);
+    if (!better) break;
+    lines = *std::move(better);
+    if (before - cost < kGainMin * before) break;
+  }
+  return {to_gmm(lines, start), std::sqrt(cost)};
+}
+
+double relative_regression_error(const Gmm& gmm, const Eigen::MatrixXd& data) {
+  return std::sqrt(Problem(data, gmm.input_dim()).cost(to_lines(gmm)));
+}
+
+}  // namespace treeroll
