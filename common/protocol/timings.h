@@ -58,7 +58,7 @@ inline constexpr Duration kPublicationPause = std::chrono::milliseconds(4);
 /// any worker take it along sooner.
 inline constexpr Duration kSeenDelayMax = std::chrono::milliseconds(1);
 /// How long an accepted result may wait for stable storage; and then its worker for the word of it.
-inline constexpr Duration kSyncPeriod = std::chrono::milliseconds(10);
+inline constexpr Duration kSyncPeriod = std::chrono::milliseconds(20);
 /// A learner that ends waits so long for the local worker it has told to end.
 inline constexpr Duration kLocalWorkerGrace = std::chrono::seconds(6);
 

@@ -50,6 +50,8 @@ using transport::Channel;
 /// Their files take seconds, which is said.
 constexpr std::size_t kManyRuns = 300;
 
+constexpr Duration kLastLook = std::chrono::milliseconds(1500);
+
 std::int64_t wall_time_us() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
@@ -81,7 +83,7 @@ class LearnerDaemon : private learner::EffectHandler {
     bus.channels = {Channel::kRewardBatch, Channel::kWorkerStatus, Channel::kDefinitionRequest,
                     Channel::kDefinitionReport};
     bus.among_programs = true;
-    bus.on_message = [this](const protocol::Message& message) { receive(message); };
+    bus.on_message = [this](protocol::Message message) { receive(std::move(message)); };
     Result<std::unique_ptr<transport::Bus>> opened = open_bus(loop_, std::move(bus));
     if (!opened) throw ConfigError("--lcm-url", options.lcm_url, opened.error().message);
     bus_ = std::move(*opened);
@@ -96,7 +98,9 @@ class LearnerDaemon : private learner::EffectHandler {
     if (has_page) open_page(loaded, directory);
   }
 
-  ~LearnerDaemon() override = default;
+  ~LearnerDaemon() override {
+    if (journal_) loop_.forget(journal_->sync_done());
+  }
   LearnerDaemon(const LearnerDaemon&) = delete;
   LearnerDaemon& operator=(const LearnerDaemon&) = delete;
 
@@ -105,6 +109,7 @@ class LearnerDaemon : private learner::EffectHandler {
   void continue_journal(std::unique_ptr<JournalWriter> journal, const StateFiles& files,
                         const StateStudy& state) {
     journal_ = std::move(journal);
+    loop_.watch(journal_->sync_done(), [this] { end_sync(); });
     const JournalTail tail = fold_state(files, state, loop_.now(), *core_, hooks_of_page());
     if (tail.torn_bytes > 0) {
       spdlog::warn("{}: cut off {} bytes{} that an interrupted learner left",
@@ -130,6 +135,7 @@ class LearnerDaemon : private learner::EffectHandler {
       throw ConfigError("task", "", core_->failure());
     }
     finish();
+    show_the_end();
   }
 
   /// A clean end, once the results are written.
@@ -181,17 +187,17 @@ class LearnerDaemon : private learner::EffectHandler {
     step(learner::StopRequested{});
   }
 
-  void receive(const protocol::Message& message) {
-    step(learner::MessageReceived{message});
+  void receive(protocol::Message message) {
+    if (!std::exchange(answer_is_due_, true)) {
+      loop_.after_ready_events([this] {
+        answer_is_due_ = false;
+        step(learner::InboxDrained{});
+      });
+    }
     if (const auto* status = std::get_if<protocol::WorkerStatus>(&message); status && page_) {
       page_->study().heard(*status, settings_.learner_id);
     }
-    if (answer_is_due_) return;
-    answer_is_due_ = true;
-    loop_.after_ready_events([this] {
-      answer_is_due_ = false;
-      step(learner::InboxDrained{});
-    });
+    step(learner::MessageReceived{std::move(message)});
   }
 
   void watch_local_worker() {
@@ -199,45 +205,77 @@ class LearnerDaemon : private learner::EffectHandler {
     restart_timer_.set(local_worker_->next_start());
   }
 
-  void sync() {
-    sync_timer_.set(TimePoint::max());
+  /// Of the journal, or nothing more is done.
+  template <class Action>
+  void on_disk(const Action& action) {
+    if (failure_) return;
     try {
-      journal_->sync();
+      action();
     } catch (const std::runtime_error&) {
-      return fail();
+      fail();
     }
+  }
+
+  /// Meanwhile the learner goes on: a disk may take longer than its workers have work.
+  void begin_sync() {
+    is_unsynced_ = false;
+    is_syncing_ = true;
+    on_disk([this] { journal_->begin_sync(); });
+    step(learner::SyncBegun{});
+  }
+
+  void end_sync() {
+    is_syncing_ = false;
+    on_disk([this] { journal_->end_sync(); });
     step(learner::JournalSynced{});
+    if (is_unsynced_) plan_sync();
+  }
+
+  void plan_sync() {
+    is_unsynced_ = true;
+    if (!is_syncing_ && !sync_timer_.is_set()) {
+      sync_timer_.set(loop_.now() + protocol::kSyncPeriod);
+    }
+  }
+
+  /// Whoever watches asks twice a second: the last look shows how it ended, not the one before.
+  void show_the_end() {
+    if (!page_ || !page_->is_watched()) return;
+    has_ended_ = true;
+    is_stopping_ = true;  // a signal ends it at once
+    transport::Timer end(loop_, [this] { loop_.stop(); });
+    end.set(loop_.now() + kLastLook);
+    loop_.run();
   }
 
   void step(const learner::Event& event) {
+    if (failure_ || has_ended_) return;
+    effects_.clear();
+    core_->step(loop_.now(), event, effects_);
+    on_disk([this] { learner::carry_out(effects_, *this); });
     if (failure_) return;
-    learner::Effects effects;
-    core_->step(loop_.now(), event, effects);
-    try {
-      learner::carry_out(effects, *this);
-    } catch (const std::runtime_error&) {
-      return fail();
-    }
     if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return loop_.stop();
-    core_timer_.set(core_->next_deadline());
+    if (!answer_is_due_) core_timer_.set(core_->next_deadline());
   }
 
   void append(const AcceptedResult& result) override {
-    journal_->append(result, wall_time_us());
+    write(result);
     if (page_) page_->study().accepted(result);
   }
 
   void append(const KnownWorker& worker) override {
-    journal_->append(worker, wall_time_us());
+    write(worker);
     if (page_) page_->study().accepted(worker);
   }
 
-  void append(const LearningTime& time) override { journal_->append(time, wall_time_us()); }
+  void append(const LearningTime& time) override { write(time); }
 
-  void flush() override {
-    journal_->flush();
-    if (!sync_timer_.is_set()) sync_timer_.set(loop_.now() + protocol::kSyncPeriod);
+  void write(const JournalRecord& record) {
+    journal_->append(record, wall_time_us());
+    plan_sync();
   }
+
+  void flush() override { journal_->flush(); }
 
   void send(const protocol::Message& message) override {
     bus_->publish(message);
@@ -256,25 +294,32 @@ class LearnerDaemon : private learner::EffectHandler {
     loop_.stop();
   }
 
+  /// What is left to write, and the last acknowledgements.
   void finish() {
-    sync();  // and the last acknowledgements
+    on_disk([this] { journal_->sync(); });
+    step(learner::SyncBegun{});
+    step(learner::JournalSynced{});
     if (failure_) std::rethrow_exception(failure_);
   }
 
   transport::Loop loop_;
   transport::Timer core_timer_{loop_, [this] { step(learner::TimerFired{}); }};
-  transport::Timer sync_timer_{loop_, [this] { sync(); }};
+  transport::Timer sync_timer_{loop_, [this] { begin_sync(); }};
   transport::Timer restart_timer_{loop_, [this] { watch_local_worker(); }};
   learner::LearnerSettings settings_;
   const LearnerOptions& options_;
   std::unique_ptr<transport::Bus> bus_;
   std::unique_ptr<learner::LearnerCore> core_;
+  learner::Effects effects_;  // of one step; its memory serves the next
   std::optional<web::LivePage> page_;
   std::unique_ptr<JournalWriter> journal_;
   std::optional<LocalWorker> local_worker_;
   ProgressLine progress_;
   bool answer_is_due_ = false;
+  bool is_unsynced_ = false;  // something that no sync has begun with
+  bool is_syncing_ = false;
   bool is_stopping_ = false;
+  bool has_ended_ = false;
   std::exception_ptr failure_;
 };
 

@@ -57,7 +57,8 @@ LearnerCore::LearnerCore(Study study, LearnerSettings settings)
 }
 
 void LearnerCore::step(TimePoint now, const Event& event, Effects& effects) {
-  const bool last_words = std::holds_alternative<JournalSynced>(event);
+  const bool last_words =
+      std::holds_alternative<SyncBegun>(event) || std::holds_alternative<JournalSynced>(event);
   if (outcome_ != Outcome::kRunning && !last_words) return;
   const Turn turn{now, effects, log_limiter_};
   std::visit([&](const auto& what) { on(turn, what); }, event);
@@ -134,8 +135,10 @@ void LearnerCore::on(const Turn& turn, const TimerFired&) {
   workforce_.dispatch(turn);
 }
 
+void LearnerCore::on(const Turn&, const SyncBegun&) { workforce_.begin_sync(); }
+
 void LearnerCore::on(const Turn& turn, const JournalSynced&) {
-  workforce_.note_sync(turn.now);
+  workforce_.end_sync(turn.now);
   workforce_.dispatch(turn);
 }
 

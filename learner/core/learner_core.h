@@ -79,6 +79,7 @@ class LearnerCore : private Client {
   void on(const Turn& turn, const MessageReceived& event);
   void on(const Turn& turn, const InboxDrained& event);
   void on(const Turn& turn, const TimerFired& event);
+  void on(const Turn& turn, const SyncBegun& event);
   void on(const Turn& turn, const JournalSynced& event);
   void on(const Turn& turn, const StopRequested& event);
   void end(Outcome outcome);

@@ -47,6 +47,7 @@ struct WorkerEntry {
   std::optional<double> answer_time_s;
   ResultsRead results_read;
   std::int64_t last_index_settled = 0;  ///< all its results up to this one are on stable storage
+  std::int64_t last_index_syncing = 0;  ///< the same once the sync under way has ended
   RequestsSent requests_sent;
   std::int64_t num_accepted = 0;
 

@@ -102,15 +102,25 @@ int Workforce::count_workers(TimePoint now) {
 
 bool Workforce::has_grown() const { return num_joined_since_ > std::max(num_told_, kFewWorkers); }
 
-void Workforce::note_sync(TimePoint now) {
-  num_unsynced_ = 0;
+void Workforce::begin_sync() {
+  num_syncing_ = num_unsynced_;
   for (const protocol::WorkerId id : answers_unsynced_) {
+    WorkerEntry* worker = workers_.find(id);
+    if (worker) worker->last_index_syncing = worker->results_read.last_without_gap();
+  }
+  answers_syncing_.merge(answers_unsynced_);
+  answers_unsynced_.clear();
+}
+
+void Workforce::end_sync(TimePoint now) {
+  num_unsynced_ -= std::exchange(num_syncing_, 0);
+  for (const protocol::WorkerId id : answers_syncing_) {
     if (WorkerEntry* worker = workers_.find(id)) {
-      worker->last_index_settled = worker->results_read.last_without_gap();
+      worker->last_index_settled = std::max(worker->last_index_settled, worker->last_index_syncing);
       acknowledge(id, now + protocol::kSyncPeriod);
     }
   }
-  answers_unsynced_.clear();
+  answers_syncing_.clear();
 }
 
 void Workforce::dispatch(const Turn& turn) {

@@ -196,6 +196,7 @@ void JournalWriter::continue_after(const JournalTail& tail) {
 }
 
 JournalWriter::~JournalWriter() {
+  if (background_.is_under_way()) background_.end();
   if (descriptor_ >= 0) close(descriptor_);
 }
 
@@ -204,15 +205,22 @@ void JournalWriter::fail(const char* action) const {
       fmt::format("{}: cannot {} the journal: {}", path_.string(), action, std::strerror(errno)));
 }
 
-void JournalWriter::check_untouched() const {
+/// Before each write: what is written behind a cut would be a hole and a record.
+void JournalWriter::check_length() const {
   struct stat ours {};
-  struct stat named {};
   if (fstat(descriptor_, &ours) != 0) fail("look at");
   if (ours.st_nlink == 0) refuse_touched(path_, "deleted the journal");
   if (const auto size = static_cast<std::uint64_t>(ours.st_size); size != size_) {
     refuse_touched(path_, fmt::format("{} the journal: it has {} bytes, must have {}",
                                       size < size_ ? "cut" : "written to", size, size_));
   }
+}
+
+/// Before each sync: nobody finds what has another name, though it is written well.
+void JournalWriter::check_name() const {
+  struct stat ours {};
+  struct stat named {};
+  if (fstat(descriptor_, &ours) != 0) fail("look at");
   const bool is_there = stat(path_.c_str(), &named) == 0;
   if (is_there && named.st_ino == ours.st_ino && named.st_dev == ours.st_dev) return;
   refuse_touched(path_, is_there ? "put another file in the journal's place"
@@ -225,7 +233,7 @@ void JournalWriter::append(const JournalRecord& record, std::int64_t wall_time_u
 
 void JournalWriter::flush() {
   if (buffer_.empty()) return;
-  check_untouched();  // before: what is written behind a cut would be a hole and a record
+  check_length();
   std::size_t written = 0;
   while (written < buffer_.size()) {
     const ssize_t size = write(descriptor_, buffer_.data() + written, buffer_.size() - written);
@@ -239,11 +247,24 @@ void JournalWriter::flush() {
 }
 
 void JournalWriter::sync() {
+  if (background_.is_under_way()) end_sync();
   flush();
   if (!has_unsynced_) return;
-  check_untouched();
-  if (fdatasync(descriptor_) != 0) fail("sync");
+  begin_sync();
+  end_sync();
+}
+
+void JournalWriter::begin_sync() {
+  flush();
+  check_length();
+  check_name();
   has_unsynced_ = false;
+  background_.begin(descriptor_);
+}
+
+void JournalWriter::end_sync() {
+  errno = background_.end();
+  if (errno != 0) fail("sync");
 }
 
 }  // namespace treeroll

@@ -28,7 +28,8 @@ namespace {
 /// A socket holds so much of a response for a browser that does not read; the rest waits here, in
 /// a text that browsers share.
 constexpr int kSendBufferBytes = 128 * 1024;
-constexpr int kBacklog = 64;
+constexpr int kBacklog = 128;
+constexpr int kAcceptedAtOnce = 16;
 constexpr Duration kLookPeriod = std::chrono::milliseconds(500);
 /// What the loop does around each call of ours.
 constexpr Duration kUncounted = std::chrono::microseconds(10);
@@ -133,24 +134,31 @@ struct HttpServer::Implementation {
   }
 
   void accept() {
-    error_code error;
-    tcp::socket socket = acceptor.accept(error);
-    if (error && error != asio::error::would_block && error != asio::error::connection_aborted) {
-      accept_timer.set(loop.now() + std::chrono::seconds(1));  // no descriptors are left, say
-      return;
-    }
-    if (!error) {
-      if (connections.size() >= limits.connections_max) end(*longest_idle());
-      auto connection = std::make_shared<Connection>(std::move(socket), loop.now());
-      fcntl(connection->socket.native_handle(), F_SETFD, FD_CLOEXEC);
-      connection->socket.non_blocking(true, error);
-      connection->socket.set_option(tcp::no_delay(true), error);
-      connection->socket.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), error);
-      connections.insert(connection);
-      expect_request(connection);
-      if (!look_timer.is_set()) look_timer.set(loop.now() + kLookPeriod);
+    for (int i = 0; i < kAcceptedAtOnce; ++i) {
+      error_code error;
+      tcp::socket socket = acceptor.accept(error);
+      if (error == asio::error::would_block) break;
+      if (error == asio::error::connection_aborted) continue;
+      if (error) {  // no descriptors are left, say
+        accept_timer.set(loop.now() + std::chrono::seconds(1));
+        return;
+      }
+      add(std::move(socket));
     }
     listen();
+  }
+
+  void add(tcp::socket socket) {
+    if (connections.size() >= limits.connections_max) end(*longest_idle());
+    auto connection = std::make_shared<Connection>(std::move(socket), loop.now());
+    fcntl(connection->socket.native_handle(), F_SETFD, FD_CLOEXEC);
+    error_code ignored;
+    connection->socket.non_blocking(true, ignored);
+    connection->socket.set_option(tcp::no_delay(true), ignored);
+    connection->socket.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
+    connections.insert(connection);
+    expect_request(connection);
+    if (!look_timer.is_set()) look_timer.set(loop.now() + kLookPeriod);
   }
 
   std::shared_ptr<Connection> longest_idle() const {

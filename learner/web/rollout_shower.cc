@@ -121,8 +121,9 @@ void RolloutShower::reap() {
   } else if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     kept.shown.failure = last_line(all_of(work_->child.errors, 65536));
     if (kept.shown.failure.empty()) {
-      kept.shown.failure = fmt::format("{} ended with status {}", program_.program.string(),
-                                       WIFEXITED(status) ? WEXITSTATUS(status) : -1);
+      kept.shown.failure =
+          fmt::format("{} ended with status {} (127: it cannot be executed)",
+                      program_.program.string(), WIFEXITED(status) ? WEXITSTATUS(status) : -1);
     }
   } else {
     kept.shown.text = std::make_shared<const std::string>(std::move(work_->output));

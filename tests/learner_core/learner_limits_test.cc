@@ -242,6 +242,7 @@ TEST(LearnerLimitsTest, WhileTheDiskLagsNothingMoreIsAcceptedAndNothingGivenOut)
 
   while (core.outcome() == LearnerCore::Outcome::kRunning) {
     const std::size_t before = journal.size();
+    step(SyncBegun{});
     step(JournalSynced{});
     work(3);
     ASSERT_LE(journal.size(), before + 5);

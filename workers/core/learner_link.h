@@ -61,13 +61,13 @@ class LearnerLink {
   std::int64_t last_index_sent() const { return last_index_sent_; }
   /// Index of the last answer that has been seen.
   std::int64_t last_index_seen() const { return last_index_seen_; }
-  /// When new answers are sent at the latest, if the first of them came at `now`, or was noticed
-  /// before. Cleared by on_sent().
-  TimePoint answers_at(TimePoint now, Duration wait) {
+  /// There is an answer that has not been sent.
+  void note_new_answer(TimePoint now) {
     if (!waiting_since_) waiting_since_ = now;
-    answer_at_ = *waiting_since_ + wait;
-    return *answer_at_;
   }
+  /// They are sent when the first of them has waited so long. Precondition: there is one.
+  void answer_after(Duration wait) { answer_at_ = *waiting_since_ + wait; }
+  bool answer_due(TimePoint now) const { return answer_at_ && now >= *answer_at_; }
   /// From sending an answer to the word that it has been seen; nothing before the first.
   std::optional<Duration> round_trip() const { return round_trip_; }
   /// First and last of answers by their index.
@@ -117,7 +117,7 @@ class LearnerLink {
   std::optional<Stretch> wanted_again_;
   std::int64_t last_index_sent_ = 0;
   std::int64_t last_index_seen_ = 0;
-  std::optional<TimePoint> waiting_since_;  ///< the first new answer
+  std::optional<TimePoint> waiting_since_;  ///< the first answer that has not been sent
   std::optional<TimePoint> answer_at_;
   std::int64_t timed_index_ = 0;  ///< of an answer that has been sent once; 0 none
   TimePoint timed_at_;
