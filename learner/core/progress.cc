@@ -161,8 +161,9 @@ void LearnerCore::publish_last_words(const Turn& turn) {
 }
 
 void LearnerCore::publish_status(const Turn& turn) {
-  workforce_.count_workers(turn.now);  // their heartbeats stretch with what they are told
-  turn.effects.emplace_back(SendMessage{status(turn.now)});
+  protocol::LearnerStatus told = status(turn.now);
+  told.num_workers = workforce_.count_workers(turn.now);
+  turn.effects.emplace_back(SendMessage{std::move(told)});
 }
 
 protocol::LearnerStatus LearnerCore::status(TimePoint now) const {

@@ -73,10 +73,14 @@ TEST(WorkerPiecesTest, AskingKeepsToAFrameHoweverMuchIsMissing) {
 
 TEST(WorkerPiecesTest, SaysOnceThatItKnowsADefinitionThatComesAgain) {
   Stage stage;
-  for (int index = 0; index < 6; ++index) stage.step(piece(kLongPolicy, index));
+  const auto task_piece = [](int index) {
+    return MessageReceived{
+        protocol::definition_piece(kLearner, task_name(kLongPolicy), kLongPolicy, index)};
+  };
+  for (int index = 0; index < 6; ++index) stage.step(task_piece(index));
   EXPECT_THAT(stage.sent<DefinitionReport>(), SizeIs(1));
   stage.clear();
-  for (int index = 0; index < 6; ++index) stage.step(piece(kLongPolicy, index));
+  for (int index = 0; index < 6; ++index) stage.step(task_piece(index));
   EXPECT_THAT(stage.sent<DefinitionReport>(), SizeIs(1));
   EXPECT_THAT(stage.effects<LoadDefinition>(), IsEmpty());
 }

@@ -97,7 +97,7 @@ void WorkerDaemon::perform(SendMessage& effect) {
     const transport::BusStatistics statistics = bus_->statistics();
     status->receive_buffer_bytes = statistics.receive_buffer_bytes;
     status->num_rejected += statistics.num_rejected;
-    log_bus_trouble();
+    for (const std::string& line : bus_trouble_.news(statistics)) spdlog::warn("{}", line);
     log_.tell_due(loop_.now());
   }
   bus_->publish(effect.message);
@@ -236,21 +236,6 @@ void WorkerDaemon::collect_ended() {
 
 void WorkerDaemon::complain(std::string_view kind, std::string text) {
   log_.add(loop_.now(), LogLine::Level::kError, kind, std::move(text));
-}
-
-void WorkerDaemon::log_bus_trouble() {
-  const transport::BusStatistics statistics = bus_->statistics();
-  // The first of each kind and then at each doubling: enough to see that it goes on.
-  if (statistics.num_unsent > 2 * num_unsent_logged_) {
-    spdlog::warn("{} messages could not be sent; the last: {}", statistics.num_unsent,
-                 statistics.last_publish_error);
-    num_unsent_logged_ = statistics.num_unsent;
-  }
-  if (statistics.num_rejected > 2 * num_rejected_logged_) {
-    spdlog::warn("{} messages refused; the last: {}", statistics.num_rejected,
-                 statistics.last_rejection);
-    num_rejected_logged_ = statistics.num_rejected;
-  }
 }
 
 }  // namespace treeroll::worker

@@ -9,6 +9,7 @@
 
 #include "common/program/log.h"
 #include "common/transport/bus.h"
+#include "common/transport/bus_trouble.h"
 #include "common/transport/loop.h"
 #include "workers/app/evaluator_process.h"
 #include "workers/core/worker_core.h"
@@ -61,7 +62,6 @@ class WorkerDaemon {
   void understand(int evaluator, const protocol::Message& message);
   void collect_ended();
   void complain(std::string_view kind, std::string text);
-  void log_bus_trouble();
 
   transport::Loop loop_;
   transport::Timer timer_{loop_, [this] { post(TimerFired{}); }};
@@ -74,8 +74,7 @@ class WorkerDaemon {
   bool flush_scheduled_ = false;
   std::optional<int> exit_status_;
   LimitedLog log_;
-  std::int64_t num_unsent_logged_ = 0;
-  std::int64_t num_rejected_logged_ = 0;
+  transport::BusTrouble bus_trouble_;
 };
 
 }  // namespace treeroll::worker

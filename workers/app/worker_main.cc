@@ -29,9 +29,12 @@
 namespace treeroll::worker {
 namespace {
 
+constexpr int kIdleSecondsMax = 10'000'000;
+
 struct Options {
   std::string processes;
   std::string lcm_url;
+  int exit_when_idle_s = 0;
   bool describe_task = false;
   bool evaluate = false;
   std::string evaluator;
@@ -90,6 +93,9 @@ int serve(const Options& options) {
   settings.pid = getpid();
   settings.version = program_version();
   settings.numeric_class = class_of(options);
+  if (options.exit_when_idle_s > 0) {
+    settings.idle_max = std::chrono::seconds(options.exit_when_idle_s);
+  }
   if (!options.evaluator.empty()) {
     read_program_command(kEvaluatorOption, options.evaluator);
     settings.load_time_limit = kProgramLoadTimeLimit;
@@ -112,6 +118,9 @@ void describe(CommandLine& line, Options& options) {
            "Evaluator processes; default: one for each processor it may use");
   line.add("--lcm-url", options.lcm_url,
            "Where the learners are; default: LCM_DEFAULT_URL, else LCM's own, this host");
+  line.add("--exit-when-idle", options.exit_when_idle_s,
+           "Drain and end after so many seconds without a roll-out; default: never")
+      .between(1, kIdleSecondsMax);
   line.add("--describe-task", options.describe_task,
            "Read {\"name\": ..., \"settings\": {...}} from standard input, print what the task "
            "says of itself or what is wrong, and end");

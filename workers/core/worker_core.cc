@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/check.h"
+#include "workers/core/evaluator_pool.h"
 #include "workers/core/rollouts_together.h"
 
 namespace treeroll::worker {
@@ -18,6 +19,7 @@ constexpr const char* kLeaving = "leaving";
 /// Why these two cannot make this roll-out; empty if they can.
 std::string mismatch(const DefinitionFacts& task, const DefinitionFacts& policy,
                      std::size_t theta_dim) {
+  if (policy.theta_dim == 0) return {};  // who evaluates finds out
   if (task.input_dim != policy.input_dim || task.output_dim != policy.output_dim) {
     return fmt::format("the policy has {} inputs and {} outputs, the task takes {} and {}",
                        policy.input_dim, policy.output_dim, task.input_dim, task.output_dim);
@@ -35,7 +37,16 @@ WorkerCore::WorkerCore(WorkerSettings settings)
     : settings_(std::move(settings)),
       answers_(settings_.num_answers_max),
       definitions_(settings_),
-      evaluators_(settings_) {
+      pool_(std::make_unique<EvaluatorPool>(settings_)),
+      evaluators_(*pool_) {
+  CHECK(settings_.batch_bytes_max >= protocol::kBatchBytesRemoteMax, "batches too small");
+}
+
+WorkerCore::WorkerCore(WorkerSettings settings, Evaluators& evaluators)
+    : settings_(std::move(settings)),
+      answers_(settings_.num_answers_max),
+      definitions_(settings_),
+      evaluators_(evaluators) {
   CHECK(settings_.batch_bytes_max >= protocol::kBatchBytesRemoteMax, "batches too small");
 }
 
@@ -53,6 +64,7 @@ void WorkerCore::step(TimePoint now, Event event, Effects& effects) {
   const Turn turn{now, effects, log_limiter_};
   std::visit([&](auto& e) { on(turn, e); }, event);
   if (exited_) return;
+  if (queue_.size() > 0) busy_at_ = now;
   if (definitions_.take_settled()) {
     for (const RolloutName& name : queue_.in_state(RolloutState::kWaiting)) review(name);
   }
@@ -66,10 +78,14 @@ TimePoint WorkerCore::next_deadline() const {
     deadline = std::min(deadline, learner.next_deadline());
   }
   if (finish_by_) deadline = std::min(deadline, *finish_by_);
+  if (settings_.idle_max && !draining_ && queue_.size() == 0) {
+    deadline = std::min(deadline, busy_at_ + *settings_.idle_max);
+  }
   return drain_end_ ? std::min(deadline, *drain_end_) : deadline;
 }
 
 void WorkerCore::on(const Turn& turn, const Started&) {
+  busy_at_ = turn.now;
   evaluators_.start(turn);
   send_status(turn);
 }
@@ -138,6 +154,11 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
     turn.log_due();
     send_status(turn);
   }
+  const bool is_idle = !draining_ && queue_.size() == 0 && settings_.idle_max;
+  if (is_idle && turn.now >= busy_at_ + *settings_.idle_max) {
+    return drain(turn,
+                 fmt::format("had nothing to do for {:.0f} s", to_seconds(turn.now - busy_at_)));
+  }
   leave_if_drained(turn);
 }
 
@@ -146,6 +167,10 @@ void WorkerCore::on(const Turn& turn, const DrainRequested&) {
     turn.warn(kLeaving, "asked to stop twice: leaves at once");
     return exit(turn, 1);
   }
+  drain(turn, "asked to stop");
+}
+
+void WorkerCore::drain(const Turn& turn, const std::string& why) {
   draining_ = true;
   finish_by_ = turn.now + settings_.drain_rollouts_max;
   definitions_.close();
@@ -153,7 +178,8 @@ void WorkerCore::on(const Turn& turn, const DrainRequested&) {
   for (const RolloutState state : {RolloutState::kWaiting, RolloutState::kReady}) {
     for (const RolloutName& name : queue_.in_state(state)) queue_.remove(name);
   }
-  turn.inform(kLeaving, fmt::format("draining: finishes {} running roll-outs", queue_.size()));
+  turn.inform(kLeaving,
+              fmt::format("draining, {}: finishes {} running roll-outs", why, queue_.size()));
   send_status(turn);
 }
 

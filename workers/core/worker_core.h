@@ -3,14 +3,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
+#include <string>
 
 #include "common/base/log_limiter.h"
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
 #include "workers/core/answer_store.h"
 #include "workers/core/definition_shelf.h"
-#include "workers/core/evaluator_pool.h"
+#include "workers/core/evaluators.h"
 #include "workers/core/learner_link.h"
 #include "workers/core/rollout_queue.h"
 #include "workers/core/worker_events.h"
@@ -19,7 +21,7 @@
 namespace treeroll::worker {
 
 /// A worker as a pure state machine: which learners it serves, which roll-outs it holds for them,
-/// what it answers, repeats and asks for. Its EvaluatorPool has them evaluated. No clock, no
+/// what it answers, repeats and asks for. Its Evaluators evaluate them. No clock, no
 /// process, no network; the daemon carries out the effects.
 ///
 ///   WorkerCore core(settings);
@@ -30,7 +32,10 @@ namespace treeroll::worker {
 ///   core.step(now, InboxDrained{}, effects);
 class WorkerCore {
  public:
+  /// With processes of this host.
   explicit WorkerCore(WorkerSettings settings);
+  /// With others, which must outlive it; as many as they say, whatever the settings do.
+  WorkerCore(WorkerSettings settings, Evaluators& evaluators);
   /// Its parts read its settings.
   WorkerCore(const WorkerCore&) = delete;
   WorkerCore& operator=(const WorkerCore&) = delete;
@@ -62,6 +67,7 @@ class WorkerCore {
   void assign_work(const Turn& turn);
   void conclude(const Turn& turn, const WorkEnd& end);
   void give_up_in_trouble(const Turn& turn);
+  void drain(const Turn& turn, const std::string& why);
   void leave_if_drained(const Turn& turn);
   void exit(const Turn& turn, int status);
 
@@ -90,11 +96,13 @@ class WorkerCore {
   RolloutQueue queue_;
   AnswerStore answers_;
   DefinitionShelf definitions_;
-  EvaluatorPool evaluators_;
+  std::unique_ptr<Evaluators> pool_;  ///< of this host; null where others evaluate
+  Evaluators& evaluators_;
   TimePoint last_step_;
   TimePoint heartbeat_at_;
-  int num_workers_ = 0;  ///< those of its learners that hear the fewest hear so many
+  int num_workers_ = 0;      ///< those of its learners that hear the fewest hear so many
   bool status_due_ = false;  ///< what learners should know before the next heartbeat has changed
+  TimePoint busy_at_;        ///< held something last, or started
   bool draining_ = false;
   bool exited_ = false;
   std::optional<TimePoint> finish_by_;  ///< draining: no later than this for what runs

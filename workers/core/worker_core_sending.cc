@@ -15,8 +15,6 @@ namespace {
 /// not costs the network little.
 constexpr int kBatchesPerRepetitionMax = 4;
 
-/// So many roll-outs an evaluator are few: its answers are sent at once.
-constexpr double kFewPerEvaluator = 2;
 /// An answer waits for this share of the work that is queued: so much less is in the queue then.
 constexpr double kShareOfWork = .25;
 
@@ -49,7 +47,7 @@ std::int64_t WorkerCore::send_batch(const Turn& turn, protocol::LearnerId id, Le
 /// all where the queue would run dry before more could come, or a batch is full; else for a share
 /// of the work that is queued.
 Duration WorkerCore::answer_wait(protocol::LearnerId id, const LearnerLink& learner) const {
-  const auto num_evaluators = static_cast<double>(settings_.num_evaluators);
+  const auto num_evaluators = static_cast<double>(std::max(1, evaluators_.count()));
   double work_s = 0;  // of each evaluator; that of a task whose time is not known counts as none
   for (const auto& [task, count] : queue_.tasks()) {
     const Definition* definition = definitions_.find({DefinitionKind::kTask, task});
@@ -57,8 +55,9 @@ Duration WorkerCore::answer_wait(protocol::LearnerId id, const LearnerLink& lear
   }
   work_s /= num_evaluators;
   const std::optional<Duration> round_trip = learner.round_trip();
-  const bool runs_dry = static_cast<double>(queue_.size()) <= kFewPerEvaluator * num_evaluators ||
-                        !round_trip || work_s <= 2 * to_seconds(*round_trip);
+  const bool runs_dry =
+      static_cast<double>(queue_.size()) <= settings_.few_per_evaluator * num_evaluators ||
+      !round_trip || work_s <= 2 * to_seconds(*round_trip);
   const auto num_new =
       static_cast<std::size_t>(answers_.last_index(id) - learner.last_index_sent());
   const bool is_full = num_new * protocol::rollout_result_bytes(0) >= batch_room();
@@ -97,7 +96,7 @@ void WorkerCore::send_new_answers(const Turn& turn, protocol::LearnerId id, Lear
   }
   while (next <= last) next = send_batch(turn, id, learner, next);
   // What it was asked in them is asked again as soon as it says so.
-  const bool runs_dry = queue_.size() < static_cast<std::size_t>(settings_.num_evaluators);
+  const bool runs_dry = queue_.size() < static_cast<std::size_t>(evaluators_.count());
   if (runs_dry && learner.take_missing()) send_batch(turn, id, learner, next);
 }
 
@@ -117,7 +116,7 @@ void WorkerCore::send_status(const Turn& turn) {
                                      .pid = settings_.pid,
                                      .version = settings_.version,
                                      .numeric_class = settings_.numeric_class,
-                                     .num_evaluators = settings_.num_evaluators,
+                                     .num_evaluators = evaluators_.count(),
                                      .free_slots = free_slots(),
                                      .draining = draining_,
                                      .num_evaluated = num_evaluated_,
@@ -182,9 +181,9 @@ void WorkerCore::count_workers() {
 /// Room is where an evaluator lives: what is taken without one would be kept from other workers.
 int WorkerCore::free_slots() const {
   if (draining_ || !evaluators_.any_living()) return 0;
-  const int capacity = std::min(settings_.num_evaluators * settings_.held_per_evaluator_max,
+  const int capacity = std::min(evaluators_.count() * settings_.held_per_evaluator_max,
                                 protocol::kHeldPerMessageMax);
-  return capacity - static_cast<int>(queue_.size());
+  return std::max(0, capacity - static_cast<int>(queue_.size()));
 }
 
 }  // namespace treeroll::worker

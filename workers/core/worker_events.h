@@ -23,7 +23,7 @@ using protocol::DefinitionName;
 struct DefinitionFacts {
   int input_dim = 0;
   int output_dim = 0;
-  int theta_dim = 0;       ///< policies
+  int theta_dim = 0;       ///< policies; 0: not known, nor is what it takes and gives
   Duration time_limit{};   ///< tasks: CPU time of one roll-out
   bool repeatable = true;  ///< tasks: starting a roll-out once more does no harm
 };

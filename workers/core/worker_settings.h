@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "common/base/time.h"
@@ -31,6 +32,8 @@ struct WorkerSettings {
   std::size_t num_partial_max = protocol::kPartialDefinitionsMax;
   std::size_t partial_bytes_max = protocol::kPartialBytesMax;
   std::size_t together_max = 32;  ///< roll-outs that an evaluator is given at once
+  /// So many roll-outs an evaluator are few: their answers are sent at once.
+  double few_per_evaluator = 2;
   int num_strikes_max = 3;  ///< evaluators a roll-out or a definition may end before it is answered
   int num_accidents_max = 3;  ///< evaluators others may end under a roll-out before it is given up
 
@@ -47,6 +50,8 @@ struct WorkerSettings {
   Duration definition_wait_max = protocol::kDefinitionWaitMax;
   Duration drain_grace = protocol::kDrainGrace;
 
+  /// One that has held nothing for so long drains by itself; nothing: it never does.
+  std::optional<Duration> idle_max;
   /// To be finished by a worker that is asked to end; a service manager waits 90 s by default.
   Duration drain_rollouts_max = std::chrono::seconds(60);
   /// What roll-outs given at once take together: the first answer waits for the last.
