@@ -50,10 +50,15 @@ protocol::RolloutBatch GroupWatch::next_batch(TimePoint now) {
 protocol::RolloutBatch GroupWatch::greeting(TimePoint now) {
   protocol::RolloutBatch batch = next_batch(now);
   const std::size_t count_max = num_words_max(settings_.batch_bytes_max);
-  for (const auto& [id, worker] : workers_) {
-    if (worker.hears_us) continue;
+  auto next = workers_.upper_bound(last_greeted_);
+  for (std::size_t i = 0; i < workers_.size(); ++i, ++next) {
+    if (next == workers_.end()) next = workers_.begin();
+    if (next->second.hears_us) continue;
     if (batch.acknowledgements.size() == count_max) break;
-    batch.acknowledgements.push_back({.worker_id = id, .seen_index = 0, .result_index = 0});
+    last_greeted_ = next->first;
+    next->second.was_greeted = true;
+    batch.acknowledgements.push_back(
+        {.worker_id = next->first, .seen_index = 0, .result_index = 0});
   }
   return batch;
 }
@@ -90,7 +95,7 @@ void GroupWatch::take(TimePoint now, const protocol::Message& message) {
     if (workers_.size() >= protocol::kWorkersMax && !workers_.contains(status->worker_id)) return;
     Worker& worker = workers_[status->worker_id];
     worker.status = *status;
-    ++worker.num_heard;
+    if (worker.was_greeted) ++worker.num_heard;
     for (const protocol::HeldRollouts& held : status->held) {
       if (held.learner_id == settings_.id && held.last_batch > 0) worker.hears_us = true;
     }
@@ -207,10 +212,12 @@ void GroupWatch::say_workers(Findings& findings) const {
       say(Level::kNotice, fmt::format("has refused {}", plural(status.num_rejected, "message")),
           "its log says why: other versions, or strangers on the group");
     }
-    if (status.num_evaluators > 0 && status.free_slots == 0 && !status.draining &&
-        status.held.empty()) {
+    const bool holds_nothing =
+        std::all_of(status.held.begin(), status.held.end(),
+                    [](const protocol::HeldRollouts& held) { return held.keys.empty(); });
+    if (status.num_evaluators > 0 && status.free_slots == 0 && !status.draining && holds_nothing) {
       say(Level::kTrouble, "holds nothing and has no room: no evaluator of it lives",
-          "its log says why");
+          "its log says why; one that has just started has room within seconds");
     }
     if (status.draining) say(Level::kNotice, "is about to end and takes no more roll-outs", "");
     if (!is_well) continue;

@@ -25,7 +25,8 @@ class GroupWatch {
   };
   explicit GroupWatch(Settings settings);
 
-  /// Our next word: to the workers that have not answered yet, at most as many as a batch holds.
+  /// Our next word: to the workers that have not answered yet, at most as many as a batch holds;
+  /// the others have their turn with the next.
   protocol::RolloutBatch greeting(TimePoint now);
   /// A batch as full of words as any, to nobody.
   protocol::RolloutBatch longest_batch(TimePoint now);
@@ -38,7 +39,8 @@ class GroupWatch {
   struct Worker {
     protocol::WorkerStatus status;
     bool hears_us = false;
-    int num_heard = 0;  ///< messages
+    int num_heard = 0;  ///< statuses since it was greeted, to which it could have answered
+    bool was_greeted = false;
   };
 
   protocol::RolloutBatch next_batch(TimePoint now);
@@ -56,6 +58,7 @@ class GroupWatch {
   Duration fastest_echo_ = Duration::max();
   std::map<protocol::LearnerId, protocol::LearnerStatus> learners_;
   std::map<protocol::WorkerId, Worker> workers_;
+  protocol::WorkerId last_greeted_ = 0;  ///< whose turn it was
 };
 
 }  // namespace treeroll::doctor

@@ -50,6 +50,8 @@ using transport::Channel;
 /// Their files take seconds, which is said.
 constexpr std::size_t kManyRuns = 300;
 
+constexpr Duration kLastLook = std::chrono::milliseconds(1500);
+
 std::int64_t wall_time_us() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
@@ -133,6 +135,7 @@ class LearnerDaemon : private learner::EffectHandler {
       throw ConfigError("task", "", core_->failure());
     }
     finish();
+    show_the_end();
   }
 
   /// A clean end, once the results are written.
@@ -235,8 +238,18 @@ class LearnerDaemon : private learner::EffectHandler {
     }
   }
 
+  /// Whoever watches asks twice a second: the last look shows how it ended, not the one before.
+  void show_the_end() {
+    if (!page_ || !page_->is_watched()) return;
+    has_ended_ = true;
+    is_stopping_ = true;  // a signal ends it at once
+    transport::Timer end(loop_, [this] { loop_.stop(); });
+    end.set(loop_.now() + kLastLook);
+    loop_.run();
+  }
+
   void step(const learner::Event& event) {
-    if (failure_) return;
+    if (failure_ || has_ended_) return;
     effects_.clear();
     core_->step(loop_.now(), event, effects_);
     on_disk([this] { learner::carry_out(effects_, *this); });
@@ -306,6 +319,7 @@ class LearnerDaemon : private learner::EffectHandler {
   bool is_unsynced_ = false;  // something that no sync has begun with
   bool is_syncing_ = false;
   bool is_stopping_ = false;
+  bool has_ended_ = false;
   std::exception_ptr failure_;
 };
 

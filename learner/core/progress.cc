@@ -161,7 +161,9 @@ void LearnerCore::publish_last_words(const Turn& turn) {
 }
 
 void LearnerCore::publish_status(const Turn& turn) {
-  turn.effects.emplace_back(SendMessage{status(turn.now)});
+  protocol::LearnerStatus told = status(turn.now);
+  told.num_workers = workforce_.count_workers(turn.now);
+  turn.effects.emplace_back(SendMessage{std::move(told)});
 }
 
 protocol::LearnerStatus LearnerCore::status(TimePoint now) const {
@@ -176,7 +178,7 @@ protocol::LearnerStatus LearnerCore::status(TimePoint now) const {
   status.elapsed_s = to_seconds(now - started_at_);
   status.num_runs = static_cast<std::int32_t>(runs_.size());
   status.num_runs_done = num_done_;
-  status.num_workers = workforce_.count_workers(turn.now);
+  status.num_workers = workforce_.workers().num_joined();
   status.num_evaluators = workforce_.workers().num_evaluators();
   status.num_evaluations = static_cast<std::int64_t>(runs_.size()) * (1 + study_.final_evaluations);
   status.num_evaluated = num_evaluated_;

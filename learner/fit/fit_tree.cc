@@ -13,9 +13,6 @@
 namespace treeroll {
 namespace {
 
-/// What components = "auto" goes by: so close a start learns as well as a closer one.
-constexpr double kSufficientError = .1;
-
 Gmm in_order_of_first_input(const Gmm& gmm) {
   std::vector<Component> components = gmm.components();
   std::stable_sort(components.begin(), components.end(),

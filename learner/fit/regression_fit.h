@@ -7,6 +7,10 @@
 
 namespace treeroll {
 
+/// Relative error of a start that is close enough for learning: how many components or coefficients
+/// it has goes by this where a study leaves that open.
+inline constexpr double kSufficientError = .1;
+
 /// When a regression is good enough.
 struct RegressionSettings {
   /// Of the outputs' rms. To go on to the end makes components that cancel one another: the curve

@@ -15,6 +15,7 @@
 #include "learner/fit/component_layers.h"
 #include "learner/fit/demonstration_settings.h"
 #include "learner/fit/fit_tree.h"
+#include "learner/fit/spline_start.h"
 
 namespace treeroll {
 namespace {
@@ -233,6 +234,8 @@ StartPolicy read_start_policy(SettingsReader& policy, const StartSources& source
 PolicyRegistry learnable_policies() {
   PolicyRegistry policies = standard_policies();
   policies.set_start("tree", read_start_policy);
+  policies.set_start("spline", read_spline_start);
+  policies.set_start("correction", read_correction_start);
   return policies;
 }
 

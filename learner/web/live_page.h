@@ -20,6 +20,8 @@ class LivePage {
            StudyFacts facts, ShowingProgram program, HttpLimits limits = {});
 
   LiveStudy& study() { return study_; }
+  /// Somebody has asked for the study's state just now.
+  bool is_watched() const { return site_.is_watched(); }
   /// "http://127.0.0.1:8080/".
   std::string url() const { return server_.url(); }
 

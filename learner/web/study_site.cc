@@ -21,6 +21,7 @@ namespace {
 constexpr Duration kFreshFor = std::chrono::milliseconds(300);
 constexpr Duration kUnchangedFor = std::chrono::milliseconds(1500);
 constexpr std::size_t kBuiltMax = 32;
+constexpr Duration kWatchedFor = std::chrono::seconds(2);
 
 std::string type_of(std::string_view name) {
   if (name.ends_with(".html")) return "text/html; charset=utf-8";
@@ -122,6 +123,10 @@ RolloutsQuery read_rollouts_query(const HttpRequest& request, const Study& study
 StudySite::StudySite(LiveStudy& study, RolloutShower& shower, std::function<TimePoint()> now)
     : study_(study), shower_(shower), now_(std::move(now)) {}
 
+bool StudySite::is_watched() const {
+  return state_asked_at_ != TimePoint{} && now_() - state_asked_at_ < kWatchedFor;
+}
+
 HttpResponse StudySite::built(const HttpRequest& request,
                               const std::function<std::string()>& build) {
   std::string address = request.path;
@@ -185,6 +190,7 @@ HttpResponse StudySite::answer(const HttpRequest& request) {
       response.type = "text/plain; version=0.0.4; charset=utf-8";
       return response;
     }
+    if (path == "/api/state") state_asked_at_ = now_();
     if (path == "/api/state") return built(request, [&] { return state_view(study_, now_()); });
     if (path == "/api/curves") return built(request, [&] { return curves_view(study_); });
     if (path == "/api/study") return built(request, [&] { return study_view(study_); });

@@ -28,6 +28,9 @@ class StudySite {
 
   HttpResponse answer(const HttpRequest& request);
 
+  /// A page has asked for the study's state just now.
+  bool is_watched() const;
+
  private:
   struct Built {
     std::string address;
@@ -41,6 +44,7 @@ class StudySite {
   LiveStudy& study_;
   RolloutShower& shower_;
   std::function<TimePoint()> now_;
+  TimePoint state_asked_at_{};
   std::list<Built> built_;  ///< used last in front
 };
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <set>
 #include <string>
 
 namespace treeroll::doctor {
@@ -93,10 +94,31 @@ TEST(GroupWatchTest, AWorkerThatNamesOurBatchHearsUsAndIsGreetedNoMore) {
   EXPECT_THAT(deaf[0].text, HasSubstr("does not hear"));
 }
 
+TEST(GroupWatchTest, EveryDeafWorkerHasItsTurnAndNoneIsAccusedBefore) {
+  GroupWatch watch = make_watch();
+  constexpr int kNumDeaf = 120;
+  const auto hear_all = [&] {
+    for (int i = 1; i <= kNumDeaf; ++i) watch.take(kStart, status_of(i, "deaf"));
+  };
+  for (int i = 0; i < 10; ++i) hear_all();
+  for (const Finding& finding : troubles(watch, "worker")) {
+    EXPECT_EQ(finding.level, Level::kNotice) << finding.text;
+  }
+  std::set<protocol::WorkerId> greeted;
+  for (int i = 0; i < 4; ++i) {
+    for (const protocol::Acknowledgement& word : watch.greeting(kStart).acknowledgements) {
+      greeted.insert(word.worker_id);
+    }
+  }
+  EXPECT_EQ(greeted.size(), static_cast<std::size_t>(kNumDeaf));
+}
+
 TEST(GroupWatchTest, WhatAWorkerHoldsForAnotherLearnerIsNoAnswerToUs) {
   GroupWatch watch = make_watch();
   protocol::WorkerStatus status = status_of(5, "near");
   status.held.push_back({.learner_id = kUs + 1, .last_batch = 9, .last_index = 0, .keys = {}});
+  watch.take(kStart, status);
+  watch.greeting(kStart);
   for (int i = 0; i < 5; ++i) watch.take(kStart, status);
   EXPECT_EQ(troubles(watch, "worker").size(), 1U);
 }
@@ -109,7 +131,6 @@ TEST(GroupWatchTest, OtherVersionsRestartsAndDeadEvaluatorsAreSaid) {
   ill.num_restarts = 3;
   protocol::WorkerStatus dead = answer_to(1, status_of(7, "dead"));
   dead.free_slots = 0;
-  dead.held.clear();
   for (const protocol::WorkerStatus& status : {old, ill, dead}) watch.take(kStart, status);
   const Findings findings = troubles(watch, "worker");
   const auto said = [&](const std::string& host, const std::string& words) {

@@ -103,6 +103,20 @@ TEST_F(PageTest, ALearnerServesWhatItLearns) {
   EXPECT_EQ(daemon->wait(seconds(30)), 3);
 }
 
+TEST_F(PageTest, WhoWatchesSeesTheEnd) {
+  const auto daemon = new_learner(40);
+  const int port = wait_for_port(*daemon);
+  ASSERT_GT(port, 0);
+  std::string last;
+  eventually(seconds(60), [&] {
+    const std::string now = fetch(port, "/api/state");
+    if (!now.empty()) last = now;
+    return now.empty() && !last.empty();
+  });
+  EXPECT_EQ(json::parse(last)["stage"], "done");
+  EXPECT_EQ(daemon->wait(seconds(30)), 0) << daemon->standard_error();
+}
+
 TEST_F(PageTest, AnAddressThatOthersReachNeedsAToken) {
   const fs::path study = service_.study(text_of(SwingUpStudy{}));
   const auto run = [&](std::vector<std::string> more) {
@@ -150,6 +164,29 @@ TEST_F(PageTest, AJournalIsServedAndFollowedWhileItGrows) {
   EXPECT_TRUE(shown(replay_port, "0/-2").contains("again"));
   replay.kill(SIGINT);
   EXPECT_EQ(replay.wait(seconds(10)), 0);
+}
+
+/// From the bus alone; on a terminal of its own, q ends it.
+TEST_F(PageTest, ATerminalShowsWhoLearnsAndWhoWorks) {
+  const auto daemon = new_learner(4000);
+  ASSERT_GT(wait_for_port(*daemon), 0);
+  ASSERT_TRUE(eventually(seconds(60), [&] {
+    const Said said =
+        service_.run("treeroll-top", {"--lcm-url", service_.url(), "--once", "--seconds", "2"});
+    EXPECT_EQ(said.status, 0) << said.errors;
+    return said.output.find("swing_up learner on") != std::string::npos &&
+           said.output.find("tree") != std::string::npos &&
+           said.output.find("WORKERS 1") != std::string::npos;
+  }));
+  const std::string command = "(sleep 3; printf jok; sleep 1; printf q) | script -qec '" +
+                              executable("treeroll-top").string() + " --lcm-url " + service_.url() +
+                              "' /dev/null";
+  Daemon terminal("/bin/bash", {"-c", command}, service_.directory(), {{"TERM", "xterm"}});
+  EXPECT_EQ(terminal.wait(seconds(30)), 0) << terminal.standard_error();
+  EXPECT_THAT(terminal.standard_output(), HasSubstr("swing_up"));
+  const Said nowhere = service_.run("treeroll-top", {"--lcm-url", service_.url()});
+  EXPECT_EQ(nowhere.status, 2);
+  EXPECT_THAT(nowhere.errors, HasSubstr("must be a terminal"));
 }
 
 /// In Chromium: the page moves, plays, is reloaded, and finds a learner again that was killed.

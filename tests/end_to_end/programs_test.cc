@@ -117,7 +117,7 @@ TEST_F(ProgramsTest, EveryLineOfAJsonLogIsAnObject) {
 
 TEST_F(ProgramsTest, EveryOneSaysItsVersionInTheSameForm) {
   std::string of_first;
-  for (const char* name : {"learner", "worker", "evaluate", "replay", "report", "doctor"}) {
+  for (const char* name : {"learner", "worker", "evaluate", "replay", "report", "doctor", "top"}) {
     const std::string program = std::string("treeroll-") + name;
     Daemon asked(program, {"--version"}, service_.directory());
     EXPECT_EQ(asked.wait(seconds(20)), 0);

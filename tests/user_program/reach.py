@@ -8,6 +8,7 @@ import os
 import resource
 import signal
 import sys
+import threading
 import time
 
 settings = {}
@@ -66,7 +67,11 @@ def evaluate(asked):
         while True:
             pass
     if mode == "child_burns":
-        os.system("exec python3 -c 'while True: pass'")
+        # From another thread: each has children of its own.
+        thread = threading.Thread(
+            target=lambda: os.system("exec python3 -c 'while True: pass'"))
+        thread.start()
+        thread.join()
     if mode == "sleeps":
         time.sleep(1000)
     if mode == "closes_output":

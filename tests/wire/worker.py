@@ -59,7 +59,7 @@ class Worker:
         self.program = _Program((task,))
         self.tasks, self.policies, self.thetas = {}, {}, {}
         self.pieces, self.refused, self.links, self.queue = {}, {}, {}, []
-        self.last_indices = {}
+        self.last_indices, self.heard, self.num_workers = {}, set(), 0
         self.described, self.draining, self.num_evaluated = None, False, 0
         self.heartbeat_at, self.ask_at = 0.0, 0.0
 
@@ -87,8 +87,12 @@ class Worker:
         self.send_status()  # [24]
 
     def on_learner_status_t(self, message, now):
+        if message["learner_id"] not in self.heard:  # [8]
+            self.heard.add(message["learner_id"])
+            self.heartbeat_at = 0.0
         if message["learner_id"] in self.links:
             self.links[message["learner_id"]].heard = now
+            self.num_workers = message["num_workers"]
 
     def on_rollout_batch_t(self, batch, now):
         named = [a for a in batch["acknowledgements"] if a["worker_id"] == self.id]
@@ -235,7 +239,8 @@ class Worker:
             self.ask_at = now + 0.02
         if now >= self.heartbeat_at:
             self.send_status()
-            self.heartbeat_at = now + (0.1 if self.queue else 0.25)  # [6]
+            pause = 0.1 if self.queue else 0.25
+            self.heartbeat_at = now + max(pause, self.num_workers / 640)  # [6]
 
     def ask(self):  # [19]
         for learner in self.links:

@@ -4,9 +4,11 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace treeroll::worker {
@@ -32,9 +34,14 @@ Duration waited_for(pid_t pid) {
   return std::chrono::nanoseconds((user + system) * (1'000'000'000 / sysconf(_SC_CLK_TCK)));
 }
 
+/// Each thread has children of its own. A process that ends meanwhile has none.
 void add_children(pid_t pid, std::vector<pid_t>& family) {
-  std::ifstream file(fmt::format("/proc/{}/task/{}/children", pid, pid));
-  for (pid_t child = 0; file >> child;) family.push_back(child);
+  std::error_code gone;
+  const std::filesystem::directory_iterator threads(fmt::format("/proc/{}/task", pid), gone);
+  for (auto thread = begin(threads); !gone && thread != end(threads); thread.increment(gone)) {
+    std::ifstream file(thread->path() / "children");
+    for (pid_t child = 0; file >> child;) family.push_back(child);
+  }
 }
 
 }  // namespace

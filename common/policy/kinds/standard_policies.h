@@ -4,8 +4,8 @@
 
 namespace treeroll {
 
-/// The kinds of policies that learner and workers know: the one table of them. How a tree starts
-/// stays open here; learner/fit/start_policy.h adds it, for only the learner fits trees.
+/// The kinds of policies that learner and workers know: the one table of them. How they
+/// start stays open here; learner/fit/start_policy.h adds it, for only the learner fits policies.
 PolicyRegistry standard_policies();
 
 }  // namespace treeroll

@@ -38,7 +38,9 @@ by_id('theme').onclick = () => {
 function alerts() {
   const {state} = page;
   const said = [];
-  if (page.failures_to_reach > 1) said.push(['bad', page.study && page.study.is_replay ? 'treeroll-replay does not answer. The page shows what it said last.' : 'The learner does not answer: it has ended, was stopped, or cannot be reached. The page shows what it said last, and goes on when it is back.']);
+  const has_ended = page.failures_to_reach > 1 && state && state.stage === 'done' && !page.study.is_replay;
+  if (has_ended) said.push(['', `The study is done and its learner has ended. This page lives on with: treeroll-replay ${page.study.directory} --http PORT`]);
+  else if (page.failures_to_reach > 1) said.push(['bad', page.study && page.study.is_replay ? 'treeroll-replay does not answer. The page shows what it said last.' : 'The learner does not answer: it has ended, was stopped, or cannot be reached. The page shows what it said last, and goes on when it is back.']);
   if (state && state.failure) said.push(['bad', state.failure]);
   if (state && state.waiting_for && state.stage === 'learning') said.push(['', `Waiting: ${state.waiting_for}`]);
   if (state && state.ledger.conflicting > 0) said.push(['bad', `${counted(state.ledger.conflicting)} roll-outs were answered twice with different rewards by workers of one numeric class: one of them is broken.`]);
@@ -57,7 +59,7 @@ function alerts() {
 
 function show_head() {
   const {state} = page;
-  const stage = page.failures_to_reach > 1 ? 'gone' : state.stage === 'learning' && state.waiting_for ? 'waiting' : state.stage;
+  const stage = page.failures_to_reach > 1 && state.stage !== 'done' ? 'gone' : state.stage === 'learning' && state.waiting_for ? 'waiting' : state.stage;
   set_text(by_id('stage'), stage === 'gone' ? 'does not answer' : stage);
   by_id('stage').className = `pill ${stage}`;
   const done = state.ledger.applied + state.evaluated;

@@ -27,7 +27,7 @@ std::string escaped(const std::string& value) {
 
 class MetricsText {
  public:
-  explicit MetricsText(std::string study) : study_(escaped(study)) {}
+  explicit MetricsText(const std::string& study) : study_(escaped(study)) {}
 
   void begin(const char* name, const char* type, const char* help) {
     name_ = name;

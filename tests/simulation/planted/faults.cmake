@@ -63,17 +63,15 @@ plant("another incarnation's answer accepted" learner/core/workforce_answers.cc
   [[if (!PLANTED && batch.learner_id != settings_.learner_id) return;]])
 
 plant("the store answers for an older theta" workers/core/answer_store.cc
-  [[const auto found = answers_.find(question);
-  if (found == answers_.end()) return std::nullopt;]]
-  [[auto found = answers_.find(question);
-  for (auto it = answers_.begin(); PLANTED && found == answers_.end() && it != answers_.end(); ++it) {
-    if (std::get<1>(it->first) != key) continue;
-    protocol::RolloutResult older = it->second.result;
-    older.content = content;
-    add(learner, older);
-    return last_index(learner);
-  }
-  if (found == answers_.end()) return std::nullopt;]])
+  [[const auto place = row.indices.find({key, content});]]
+  [[auto place = row.indices.find({key, content});
+  if (const auto older = row.indices.lower_bound({key, INT64_MIN});
+      PLANTED && place == row.indices.end() && older != place && older->first.first == key) {
+    protocol::RolloutResult result = row.at(older->second).result;
+    result.content = content;
+    add(learner, result);
+    place = row.indices.find({key, content});
+  }]])
 
 plant("answers applied by arrival in sequence order" learner/core/run.cc
   [[if (!study_->in_sequence)]]
