@@ -6,10 +6,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstddef>
 #include <cstdio>
+#include <deque>
 #include <fstream>
 #include <optional>
 #include <stdexcept>
@@ -24,6 +26,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
+/// Open at the same time: a quarter of what a process may have open by default.
+constexpr std::size_t kFilesAtOnce = 256;
 /// As many links as the kernel itself follows.
 constexpr int kLinksMax = 40;
 
@@ -115,14 +119,19 @@ void AtomicFile::commit() {
   CHECK(descriptor_ >= 0, "an AtomicFile is committed once");
   flush();
   if (const int error = sync(descriptor_); error != 0) fail(error);
-  if (!file_.empty()) replace_file();
-  // In place: from here on there is no temporary file to remove.
-  const int error = ::close(std::exchange(descriptor_, -1)) == 0 ? 0 : errno;
-  if (error != 0) fail(error);
+  take_name();
   if (file_.empty()) return;
   if (const int folder_error = sync_folder(file_.parent_path()); folder_error != 0) {
     fail(folder_error);
   }
+}
+
+/// Precondition: what it holds is on stable storage.
+void AtomicFile::take_name() {
+  if (!file_.empty()) replace_file();
+  // In place: from here on there is no temporary file to remove.
+  const int error = ::close(std::exchange(descriptor_, -1)) == 0 ? 0 : errno;
+  if (error != 0) fail(error);
 }
 
 void AtomicFile::replace_file() {
@@ -161,6 +170,23 @@ void write_atomically(const fs::path& path, std::string_view text) {
   AtomicFile file(path);
   file.append(text);
   file.commit();
+}
+
+void write_atomically(const fs::path& folder, std::span<const NamedText> files) {
+  while (!files.empty()) {
+    const auto group = files.first(std::min(files.size(), kFilesAtOnce));
+    files = files.subspan(group.size());
+    std::deque<AtomicFile> open;
+    for (const NamedText& file : group) {
+      open.emplace_back(folder / file.name).append(file.text);
+      open.back().flush();
+    }
+    if (::syncfs(open.back().descriptor_) != 0) open.back().fail(errno);
+    for (AtomicFile& file : open) file.take_name();
+  }
+  if (const int error = sync_folder(folder); error != 0) {
+    throw std::system_error(error, std::generic_category(), "cannot write " + folder.string());
+  }
 }
 
 void copy_durably(const fs::path& from, const fs::path& to) {

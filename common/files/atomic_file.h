@@ -1,10 +1,16 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 
 namespace treeroll {
+
+struct NamedText {
+  std::string name;  ///< of a file
+  std::string_view text;
+};
 
 /// A file that appears under its name complete or not at all: it is written beside it as NAME.tmp,
 /// synced and renamed. A symbolic link stays and the file it leads to is replaced. What is there
@@ -29,8 +35,11 @@ class AtomicFile {
   void commit();
 
  private:
+  friend void write_atomically(const std::filesystem::path& folder,
+                               std::span<const NamedText> files);
   void open_beside(const std::filesystem::path& file);
   void flush();
+  void take_name();
   void replace_file();
   [[noreturn]] void fail(int error) const;
 
@@ -43,6 +52,11 @@ class AtomicFile {
 
 /// One whole file.
 void write_atomically(const std::filesystem::path& path, std::string_view text);
+/// Whole files of a folder, each of which appears complete or not at all. Thousands of them take
+/// a few waits for the disk, where one by one each takes two: their content is synced with all
+/// else that waits for the same file system (syncfs(2)), hundreds at a time, and their names with
+/// one sync of the folder.
+void write_atomically(const std::filesystem::path& folder, std::span<const NamedText> files);
 
 /// Copies a file under a name that is not taken yet: when this returns the copy is on stable
 /// storage. Throws std::runtime_error with the path and the reason.

@@ -1,18 +1,24 @@
 #include "common/program/log.h"
 
+#include <fmt/format.h>
+#include <spdlog/formatter.h>
 #include <spdlog/sinks/ansicolor_sink.h>
 #include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "common/base/cut_text.h"
+#include "common/program/host_name.h"
 
 namespace treeroll {
 namespace {
@@ -58,7 +64,50 @@ class TerminalSink : public ColourSink {
   std::string line_;
 };
 
+class JsonFormatter : public spdlog::formatter {
+ public:
+  JsonFormatter(std::string program, std::string host)
+      : program_(std::move(program)), host_(std::move(host)) {}
+
+  void format(const spdlog::details::log_msg& message, spdlog::memory_buf_t& line) override {
+    const auto since = message.time.time_since_epoch();
+    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(since).count();
+    const std::time_t second = ms / 1000;
+    std::tm utc{};
+    gmtime_r(&second, &utc);
+    char time[32];
+    std::strftime(time, sizeof time, "%Y-%m-%dT%H:%M:%S", &utc);
+    const auto level = spdlog::level::to_string_view(message.level);
+    const nlohmann::ordered_json said{
+        {"time", fmt::format("{}.{:03}Z", time, ms % 1000)},
+        {"level", std::string(level.data(), level.size())},
+        {"program", program_},
+        {"host", host_},
+        {"pid", getpid()},
+        {"text", std::string(message.payload.data(), message.payload.size())}};
+    const std::string text =
+        said.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+    line.append(text.data(), text.data() + text.size());
+  }
+  std::unique_ptr<spdlog::formatter> clone() const override {
+    return std::make_unique<JsonFormatter>(program_, host_);
+  }
+
+ private:
+  std::string program_;
+  std::string host_;
+};
+
+bool is_json = false;
+
 }  // namespace
+
+void log_as_json(const std::string& program) {
+  is_json = true;
+  spdlog::default_logger()->set_formatter(std::make_unique<JsonFormatter>(program, host_name()));
+}
+
+bool logs_as_json() { return is_json; }
 
 void log_to_standard_error(const std::string& name) {
   const auto sink = std::make_shared<TerminalSink>(
@@ -85,7 +134,8 @@ void show_status_line(std::string_view text) {
 }
 
 bool has_status_line() {
-  return isatty(STDERR_FILENO) == 1 && is_set("TERM") && std::getenv("TERM") != "dumb"sv;
+  return !is_json && isatty(STDERR_FILENO) == 1 && is_set("TERM") &&
+         std::getenv("TERM") != "dumb"sv;
 }
 
 void LimitedLog::add(TimePoint now, LogLine::Level level, std::string_view kind, std::string text) {

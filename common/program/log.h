@@ -14,6 +14,12 @@ namespace treeroll {
 ///              the time of day alone
 void log_to_standard_error(const std::string& name);
 
+/// From now on each line is one JSON object, for programs that gather logs:
+///   {"time": "2026-11-27T12:00:00.123Z", "level": "warning", "program": "treeroll-learner",
+///    "host": "lab7", "pid": 31486, "text": ...}
+void log_as_json(const std::string& program);
+bool logs_as_json();
+
 void log_line(const LogLine& line);
 
 /// Holds a line at the bottom of a terminal, below what is logged, until the next one; "" removes

@@ -64,11 +64,4 @@ void end_when_stopped(int exit_status, const char* line) {
   for (const int signal : stop_signals()) set_handler(signal, end_now);
 }
 
-void block_stop_signals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  for (const int signal : kStopSignals) sigaddset(&signals, signal);
-  sigprocmask(SIG_BLOCK, &signals, nullptr);
-}
-
 }  // namespace treeroll

@@ -22,7 +22,4 @@ std::vector<int> stop_signals();
 /// @param line  with a line break; outlives the program
 void end_when_stopped(int exit_status, const char* line);
 
-/// The work is done: whoever asks this program to end from now on gets the status it has come to.
-void block_stop_signals();
-
 }  // namespace treeroll

@@ -19,6 +19,10 @@ int run_main(int argc, char** argv, const Program& program) {
   CommandLine command_line(program.name, program.purpose,
                            program_version() + " (" + build_id() + ")");
   program.options(command_line);
+  std::string log_form = "text";
+  command_line.add("--log", log_form, "Lines on standard error: text, or json, one object a line")
+      .one_of({"text", "json"})
+      .shows_default();
   switch (command_line.read(argc, argv)) {
     case CommandLine::Reading::kComplete:
       break;
@@ -27,6 +31,7 @@ int run_main(int argc, char** argv, const Program& program) {
     case CommandLine::Reading::kWrong:
       return kExitBadInput;
   }
+  if (log_form == "json") log_as_json(program.name);
   try {
     return program.work();
   } catch (const BadInput& error) {

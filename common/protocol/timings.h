@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 
 #include "common/base/time.h"
+#include "common/protocol/limits.h"
 
 /// The times that one process takes for granted of another: who says what again, and when it is
 /// given up. What must hold between two of them is asserted below, with the reason. Times that are
@@ -11,7 +13,8 @@ namespace treeroll::protocol {
 
 // A worker.
 
-/// Its status: while it holds roll-outs, and while it does not.
+/// Its status: while it holds roll-outs, and while it does not. Where there are many workers, more
+/// seldom: `Heartbeats` below.
 inline constexpr Duration kBusyHeartbeat = std::chrono::milliseconds(100);
 inline constexpr Duration kIdleHeartbeat = std::chrono::milliseconds(250);
 /// An answer may wait so long for others to go along with, while there is work enough.
@@ -55,22 +58,65 @@ inline constexpr Duration kPublicationPause = std::chrono::milliseconds(4);
 /// any worker take it along sooner.
 inline constexpr Duration kSeenDelayMax = std::chrono::milliseconds(1);
 /// How long an accepted result may wait for stable storage; and then its worker for the word of it.
-inline constexpr Duration kSyncPeriod = std::chrono::milliseconds(10);
+inline constexpr Duration kSyncPeriod = std::chrono::milliseconds(20);
 /// A learner that ends waits so long for the local worker it has told to end.
 inline constexpr Duration kLocalWorkerGrace = std::chrono::seconds(6);
 
+// What follows from the number of workers.
+
+/// Of all workers that one learner hears, together.
+inline constexpr int kHeartbeatsPerSecondMax = 640;
+
+/// How often a worker says that it is there, and what the learner makes of its silence. The learner
+/// says in its status how many workers it hears. Where they are so many that their heartbeats
+/// would be more than kHeartbeatsPerSecondMax, each takes its turn less often, and all that is
+/// concluded from a heartbeat that does not come waits in proportion.
+struct Heartbeats {
+  Duration busy = kBusyHeartbeat;
+  Duration idle = kIdleHeartbeat;
+  Duration alive = kWorkerAlive;
+  Duration silence = kWorkerSilence;
+  Duration held_lease_min = kHeldLeaseMin;
+};
+
+constexpr Heartbeats heartbeats_of(int num_workers) {
+  using std::chrono::milliseconds;
+  const int count = std::clamp(num_workers, 0, static_cast<int>(kWorkersMax));
+  const Duration turn = milliseconds(std::int64_t{1000} * count / kHeartbeatsPerSecondMax);
+  Heartbeats beats;
+  beats.busy = std::max(kBusyHeartbeat, turn);
+  beats.idle = std::max(kIdleHeartbeat, turn);
+  // In milliseconds, whose products have room.
+  const auto in_proportion = [](Duration limit, Duration stretched, Duration usual) -> Duration {
+    const auto count_of = [](Duration d) { return std::chrono::floor<milliseconds>(d).count(); };
+    return milliseconds(count_of(limit) * count_of(stretched) / count_of(usual));
+  };
+  beats.alive = in_proportion(kWorkerAlive, beats.idle, kIdleHeartbeat);
+  beats.silence = in_proportion(kWorkerSilence, beats.idle, kIdleHeartbeat);
+  beats.held_lease_min = in_proportion(kHeldLeaseMin, beats.busy, kBusyHeartbeat);
+  return beats;
+}
+
 // What must hold between them.
 
-static_assert(2 * kIdleHeartbeat < kWorkerAlive,
+/// For few workers, for the most, and for numbers in between.
+constexpr bool hold_for_any_number(bool (*relation)(const Heartbeats&)) {
+  for (int count = 0; count <= static_cast<int>(kWorkersMax); count += 32) {
+    if (!relation(heartbeats_of(count))) return false;
+  }
+  return true;
+}
+
+static_assert(hold_for_any_number([](const Heartbeats& b) { return 2 * b.idle < b.alive; }),
               "a worker that is heard at every second heartbeat is given roll-outs");
-static_assert(kBusyHeartbeat <= kIdleHeartbeat,
+static_assert(hold_for_any_number([](const Heartbeats& b) { return b.busy <= b.idle; }),
               "what holds for the slower heartbeat holds for the faster one");
-static_assert(kWorkerAlive < kWorkerSilence,
+static_assert(hold_for_any_number([](const Heartbeats& b) { return b.alive < b.silence; }),
               "a worker gets nothing more before what it has is given to others");
-static_assert(10 * kIdleHeartbeat < kWorkerSilence,
+static_assert(hold_for_any_number([](const Heartbeats& b) { return 10 * b.idle < b.silence; }),
               "ten heartbeats lost in a row are no accident, fewer may be");
 static_assert(
-    5 * kBusyHeartbeat < kHeldLeaseMin,
+    hold_for_any_number([](const Heartbeats& b) { return 5 * b.busy < b.held_lease_min; }),
     "a roll-out that is held is named again, four losses in between, before its lease ends");
 static_assert(kRepeatIntervalMin < kLeaseMin,
               "an answer that was lost is repeated before its roll-out is asked for again");
@@ -90,7 +136,8 @@ static_assert(10 * kLearnerStatusPeriod < kLearnerGone,
 static_assert(kLearnerGone < kLearnerSilenceMax,
               "a learner that comes back finds the answers to what it had asked");
 static_assert(kWorkerSilence < kLearnerGone,
-              "a worker that is cut off is given up by the learner before it gives up its work");
+              "a worker of few that is cut off is given up by the learner before it gives up its "
+              "work; one of very many gives it up first, and says so when it is heard again");
 static_assert(kGreetingPause < kIdleHeartbeat,
               "a greeting that was lost is repeated at the next heartbeat");
 static_assert(10 * kIdleHeartbeat < kDeafnessTold,

@@ -46,7 +46,7 @@ struct BusOptions {
   std::vector<Channel> channels;  ///< to receive
   /// Called in the loop for each message that passed every check, one's own included. Must not
   /// throw, nor destroy the bus.
-  std::function<void(const protocol::Message&)> on_message;
+  std::function<void(protocol::Message)> on_message;
   /// Refuses a URL by which no other program is reached: memq, file.
   bool among_programs = false;
 };

@@ -1,4 +1,6 @@
 #include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/time.h>
@@ -30,6 +32,12 @@ void limit_waiting(int descriptor) {
               0,
           "a socket's time limit");
   }
+}
+
+/// Of a connection to a tcpq server.
+void set_flag(int descriptor, int flag, int value) {
+  CHECK(setsockopt(descriptor, IPPROTO_TCP, flag, &value, sizeof value) == 0,
+        "a flag of a TCP socket");
 }
 
 /// tcpq, memq, file: liblcm's descriptor, watched in the loop. A tcpq server that goes away takes
@@ -70,6 +78,7 @@ class DescriptorBus final : public LcmBus {
     if (url_.provider == Provider::kTcpq) {
       if (lcm_get_fileno(lcm_.get()) < 0) return "the tcpq server hung up";
       limit_waiting(lcm_get_fileno(lcm_.get()));
+      set_flag(lcm_get_fileno(lcm_.get()), TCP_NODELAY, 1);
     }
     follow_descriptor();
     return std::nullopt;
@@ -91,8 +100,13 @@ class DescriptorBus final : public LcmBus {
   std::optional<std::string> send(Channel channel, const std::vector<std::byte>& bytes) override {
     // Asked to publish without a connection, liblcm would wait for one.
     if (is_lost()) return fmt::format("no connection to {}:{}", url_.host, url_.port);
+    if (url_.provider != Provider::kTcpq) return LcmBus::send(channel, bytes);
+    // liblcm writes a message in five parts: they leave together, and at once.
+    const int before = watched_;
+    set_flag(before, TCP_CORK, 1);
     auto problem = LcmBus::send(channel, bytes);
     follow_descriptor();
+    if (watched_ == before) set_flag(before, TCP_CORK, 0);
     return problem;
   }
 
@@ -105,6 +119,9 @@ class DescriptorBus final : public LcmBus {
       if (lcm_handle(lcm_.get()) < 0) has_failed_ = true;
       follow_descriptor();
     }
+    // The kernel forgets it. A server that leaves Nagle's algorithm on sends nothing more before
+    // what it has sent is acknowledged, which would wait 40 ms for a message to go along with.
+    if (url_.provider == Provider::kTcpq && watched_ >= 0) set_flag(watched_, TCP_QUICKACK, 1);
   }
 
   /// Watches what liblcm says its descriptor is now.

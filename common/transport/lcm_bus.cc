@@ -56,14 +56,14 @@ std::optional<std::string> LcmBus::past_frame(Channel channel, std::size_t num_b
 }
 
 void LcmBus::take(Channel channel, std::span<const std::byte> bytes) {
-  const Result<protocol::Message> message = decode(channel, bytes);
+  Result<protocol::Message> message = decode(channel, bytes);
   if (!message) {
     ++statistics_.num_rejected;
     statistics_.last_rejection = message.error().message;
     return;
   }
   ++statistics_.num_received;
-  options_.on_message(*message);
+  options_.on_message(*std::move(message));
 }
 
 }  // namespace treeroll::transport

@@ -2,14 +2,18 @@
 
 #include <fcntl.h>
 
+#include <algorithm>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <csignal>
+#include <cstdint>
 #include <list>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "common/base/check.h"
@@ -60,37 +64,108 @@ struct Signals {
   std::function<void(int)> callback;
 };
 
+TimePoint monotonic_now() {
+  return TimePoint(
+      std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch()));
+}
+
 }  // namespace
 
+struct Timer::State {
+  Loop::Implementation* loop = nullptr;
+  std::function<void()> on_due;
+  TimePoint deadline = TimePoint::max();
+  std::uint64_t number = 0;  ///< of two with one deadline the one that was set first is first
+};
+
 struct Loop::Implementation {
+  using TimerState = std::shared_ptr<Timer::State>;
+  struct Earlier {
+    bool operator()(const TimerState& a, const TimerState& b) const {
+      return std::pair(a->deadline, a->number) < std::pair(b->deadline, b->number);
+    }
+  };
+
+  void add(const TimerState& timer);
+  void wake_by(TimePoint deadline);
+  void run_due_timers();
+
   // One thread: Asio need not lock.
   asio::io_context context{1};
   asio::executor_work_guard<asio::io_context::executor_type> work{context.get_executor()};
   std::list<Signals> signals;
+  sigset_t all_signals{};
   std::map<int, std::shared_ptr<Watch>> watches;
+  std::set<TimerState, Earlier> timers;  // those that are set
+  std::uint64_t next_number = 1;
+  // Rings for all timers. Deadlines mostly move on: one that has become later leaves the alarm as
+  // it is, which costs no system call, and is looked at again when it rings.
+  asio::steady_timer alarm{context};
+  TimePoint rings_at = TimePoint::max();
 };
 
-Loop::Loop() : implementation_(std::make_unique<Implementation>()) {}
+void Loop::Implementation::add(const TimerState& timer) {
+  timer->number = next_number++;
+  timers.insert(timer);
+  wake_by(timer->deadline);
+}
+
+void Loop::Implementation::wake_by(TimePoint deadline) {
+  if (deadline >= rings_at) return;
+  rings_at = deadline;
+  alarm.expires_at(std::chrono::steady_clock::time_point(deadline.time_since_epoch()));
+  alarm.async_wait([this](const error_code& error) {
+    if (error) return;  // set anew
+    rings_at = TimePoint::max();
+    run_due_timers();
+  });
+}
+
+/// Each once at most, whatever it sets anew.
+void Loop::Implementation::run_due_timers() {
+  const TimePoint now = monotonic_now();
+  std::vector<TimerState> due;
+  for (const TimerState& timer : timers) {
+    if (timer->deadline > now) break;
+    due.push_back(timer);
+  }
+  for (const TimerState& timer : due) {
+    if (context.stopped()) break;
+    if (timer->deadline > now) continue;  // replaced, or gone, by an earlier one
+    timers.erase(timer);
+    timer->deadline = TimePoint::max();
+    timer->on_due();
+  }
+  if (!timers.empty()) wake_by((*timers.begin())->deadline);
+}
+
+Loop::Loop() : implementation_(std::make_unique<Implementation>()) {
+  sigemptyset(&implementation_->all_signals);
+}
 
 Loop::~Loop() {
+  // Asio gives the signals up, whose default action would then end a process that is done.
+  CHECK(sigprocmask(SIG_BLOCK, &implementation_->all_signals, nullptr) == 0, "sigprocmask");
   for (auto& [number, watch] : implementation_->watches) watch->forget();
 }
 
-TimePoint Loop::now() const {
-  return TimePoint(
-      std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch()));
-}
+TimePoint Loop::now() const { return monotonic_now(); }
 
 void Loop::run() {
   implementation_->context.run();
   implementation_->context.restart();
 }
 
+asio::io_context& Loop::context() { return implementation_->context; }
+
 void Loop::stop() { implementation_->context.stop(); }
 
 void Loop::on_signals(const std::vector<int>& signals, std::function<void(int signal)> callback) {
   Signals& entry = implementation_->signals.emplace_back(implementation_->context);
-  for (const int signal : signals) entry.set.add(signal);
+  for (const int signal : signals) {
+    entry.set.add(signal);
+    sigaddset(&implementation_->all_signals, signal);
+  }
   entry.callback = std::move(callback);
   entry.wait();
 }
@@ -120,33 +195,16 @@ void Loop::after_ready_events(std::function<void()> callback) {
   });
 }
 
-/// Handlers of Asio hold it too, so that a callback may destroy its own timer.
-struct Timer::State {
-  asio::steady_timer timer;
-  std::function<void()> on_due;
-  TimePoint deadline = TimePoint::max();
-  std::uint64_t generation = 0;
-};
-
 Timer::Timer(Loop& loop, std::function<void()> on_due)
-    : state_(std::make_shared<State>(
-          State{asio::steady_timer(loop.implementation_->context), std::move(on_due)})) {}
+    : state_(std::make_shared<State>(State{loop.implementation_.get(), std::move(on_due)})) {}
 
 Timer::~Timer() { set(TimePoint::max()); }
 
 void Timer::set(TimePoint deadline) {
   if (deadline == state_->deadline) return;
+  if (is_set()) state_->loop->timers.erase(state_);
   state_->deadline = deadline;
-  // Cancelling is too late for a handler that is queued already: it sees its generation is over.
-  const std::uint64_t generation = ++state_->generation;
-  state_->timer.cancel();
-  if (deadline == TimePoint::max()) return;
-  state_->timer.expires_at(std::chrono::steady_clock::time_point(deadline.time_since_epoch()));
-  state_->timer.async_wait([state = state_, generation](const error_code& error) {
-    if (error || generation != state->generation) return;
-    state->deadline = TimePoint::max();
-    state->on_due();
-  });
+  if (is_set()) state_->loop->add(state_);
 }
 
 bool Timer::is_set() const { return state_->deadline != TimePoint::max(); }

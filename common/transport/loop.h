@@ -6,6 +6,10 @@
 
 #include "common/base/time.h"
 
+namespace boost::asio {
+class io_context;
+}
+
 namespace treeroll::transport {
 
 /// The event loop of a daemon: one thread, timers, descriptors and signals (Boost.Asio behind it,
@@ -24,14 +28,19 @@ class Loop {
   void run();
   void stop();
 
-  /// Runs `callback` on each of these signals instead of their default action.
+  /// Runs `callback` on each of these signals instead of their default action. They are blocked
+  /// once the loop is gone: who has ended in order is not ended by a late one.
   void on_signals(const std::vector<int>& signals, std::function<void(int signal)> callback);
-  /// Runs `callback` whenever `descriptor` is readable, until forget(descriptor). The loop does
-  /// not own the descriptor; forget it before closing it.
+  /// Runs `callback` once a turn while `descriptor` is readable, until forget(descriptor). The loop
+  /// does not own the descriptor; forget it before closing it.
   void watch(int descriptor, std::function<void()> callback);
   void forget(int descriptor);
-  /// Runs `callback` after the events that are ready now: used to act once on a drained inbox.
+  /// Runs `callback` after the events that are ready now and those that one more look finds: used
+  /// to act once on a drained inbox.
   void after_ready_events(std::function<void()> callback);
+
+  /// For what Asio alone can do in this loop: learner/web accepts connections.
+  boost::asio::io_context& context();
 
  private:
   friend class Timer;
@@ -54,6 +63,7 @@ class Timer {
   bool is_set() const;
 
  private:
+  friend class Loop;
   struct State;
   std::shared_ptr<State> state_;
 };

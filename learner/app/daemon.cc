@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <random>
 #include <set>
 #include <stdexcept>
 
@@ -20,12 +19,15 @@
 #include "common/program/log.h"
 #include "common/program/process_start.h"
 #include "common/program/program.h"
+#include "common/program/random_id.h"
 #include "common/program/standard_output.h"
 #include "common/protocol/timings.h"
 #include "common/transport/bus.h"
 #include "common/transport/loop.h"
 #include "learner/app/local_worker.h"
 #include "learner/app/progress_line.h"
+#include "learner/app/showing.h"
+#include "learner/app/told_record.h"
 #include "learner/core/carry_out.h"
 #include "learner/core/learner_core.h"
 #include "learner/journal/journal_file.h"
@@ -36,6 +38,7 @@
 #include "learner/state/state_study.h"
 #include "learner/study/study_file.h"
 #include "learner/study/task_table.h"
+#include "learner/web/live_page.h"
 #include "learner/worker_program/task_survey.h"
 
 namespace treeroll {
@@ -47,12 +50,7 @@ using transport::Channel;
 /// Their files take seconds, which is said.
 constexpr std::size_t kManyRuns = 300;
 
-/// A fresh name for this incarnation: answers to an earlier one cannot pass.
-protocol::LearnerId draw_learner_id() {
-  std::random_device device;
-  const std::uint64_t bits = (static_cast<std::uint64_t>(device()) << 32U) | device();
-  return static_cast<protocol::LearnerId>(bits >> 1U) | 1;
-}
+constexpr Duration kLastLook = std::chrono::milliseconds(1500);
 
 std::int64_t wall_time_us() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -76,23 +74,33 @@ void do_resumably(const fs::path& directory, const Action& action) {
 /// Drives the core: turns what the loop sees into events and carries its effects out.
 class LearnerDaemon : private learner::EffectHandler {
  public:
-  LearnerDaemon(Study study, learner::LearnerSettings settings, const LearnerOptions& options)
+  /// @param directory  of the study's state
+  LearnerDaemon(const LoadedStudy& loaded, learner::LearnerSettings settings,
+                const LearnerOptions& options, const fs::path& directory)
       : settings_(std::move(settings)), options_(options) {
     transport::BusOptions bus;
     bus.url = options.lcm_url;
     bus.channels = {Channel::kRewardBatch, Channel::kWorkerStatus, Channel::kDefinitionRequest,
                     Channel::kDefinitionReport};
     bus.among_programs = true;
-    bus.on_message = [this](const protocol::Message& message) { receive(message); };
+    bus.on_message = [this](protocol::Message message) { receive(std::move(message)); };
     Result<std::unique_ptr<transport::Bus>> opened = open_bus(loop_, std::move(bus));
     if (!opened) throw ConfigError("--lcm-url", options.lcm_url, opened.error().message);
     bus_ = std::move(*opened);
     settings_.batch_bytes_max = bus_->batch_bytes_max();
-    core_ = std::make_unique<learner::LearnerCore>(std::move(study), settings_);
+    const bool has_page = !options.page.address.empty();
+    if (has_page) {
+      settings_.on_applied = [this](const learner::Run& run, int number) {
+        page_->study().applied(run, number);
+      };
+    }
+    core_ = std::make_unique<learner::LearnerCore>(loaded.study, settings_);
+    if (has_page) open_page(loaded, directory);
   }
 
-  /// The loop gives the signals up, which would then end a learner that is done.
-  ~LearnerDaemon() override { block_stop_signals(); }
+  ~LearnerDaemon() override {
+    if (journal_) loop_.forget(journal_->sync_done());
+  }
   LearnerDaemon(const LearnerDaemon&) = delete;
   LearnerDaemon& operator=(const LearnerDaemon&) = delete;
 
@@ -101,7 +109,8 @@ class LearnerDaemon : private learner::EffectHandler {
   void continue_journal(std::unique_ptr<JournalWriter> journal, const StateFiles& files,
                         const StateStudy& state) {
     journal_ = std::move(journal);
-    const JournalTail tail = fold_state(files, state, loop_.now(), *core_);
+    loop_.watch(journal_->sync_done(), [this] { end_sync(); });
+    const JournalTail tail = fold_state(files, state, loop_.now(), *core_, hooks_of_page());
     if (tail.torn_bytes > 0) {
       spdlog::warn("{}: cut off {} bytes{} that an interrupted learner left",
                    files.journal.string(), tail.torn_bytes,
@@ -111,8 +120,8 @@ class LearnerDaemon : private learner::EffectHandler {
   }
 
   void run() {
-    if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
     loop_.on_signals(stop_signals(), [this](int signal) { stop(signal); });
+    if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
     if (options_.local_workers > 0) {
       loop_.on_signals({SIGCHLD}, [this](int) {
         if (local_worker_) watch_local_worker();
@@ -126,6 +135,7 @@ class LearnerDaemon : private learner::EffectHandler {
       throw ConfigError("task", "", core_->failure());
     }
     finish();
+    show_the_end();
   }
 
   /// A clean end, once the results are written.
@@ -139,6 +149,24 @@ class LearnerDaemon : private learner::EffectHandler {
   std::vector<RunRecord> take_results() { return std::move(*core_).run_records(); }
 
  private:
+  void open_page(const LoadedStudy& loaded, const fs::path& directory) {
+    web::StudyFacts facts{.program = program_version(),
+                          .host_name = settings_.host,
+                          .incarnation = std::to_string(settings_.learner_id),
+                          .directory = directory.string(),
+                          .columns = loaded.columns,
+                          .demonstrations = loaded.demonstrations};
+    page_.emplace(loop_, options_.page, *core_, std::move(facts),
+                  showing_program(directory, options_.worker_program));
+    spdlog::info("the page is {}", page_->url());
+  }
+
+  /// What the journal holds already is told as what is written to it.
+  FoldHooks hooks_of_page() {
+    if (!page_) return {};
+    return {.after = [this](const JournalRecord& record) { tell(page_->study(), record); }};
+  }
+
   void begin_journal(const JournalTail& tail, const StateFiles& files, const StateStudy& state) {
     journal_->continue_after(tail);
     journal_->append(JournalStart{.study_id = state.in_journal.id,
@@ -159,14 +187,17 @@ class LearnerDaemon : private learner::EffectHandler {
     step(learner::StopRequested{});
   }
 
-  void receive(const protocol::Message& message) {
-    step(learner::MessageReceived{message});
-    if (answer_is_due_) return;
-    answer_is_due_ = true;
-    loop_.after_ready_events([this] {
-      answer_is_due_ = false;
-      step(learner::InboxDrained{});
-    });
+  void receive(protocol::Message message) {
+    if (!std::exchange(answer_is_due_, true)) {
+      loop_.after_ready_events([this] {
+        answer_is_due_ = false;
+        step(learner::InboxDrained{});
+      });
+    }
+    if (const auto* status = std::get_if<protocol::WorkerStatus>(&message); status && page_) {
+      page_->study().heard(*status, settings_.learner_id);
+    }
+    step(learner::MessageReceived{std::move(message)});
   }
 
   void watch_local_worker() {
@@ -174,45 +205,84 @@ class LearnerDaemon : private learner::EffectHandler {
     restart_timer_.set(local_worker_->next_start());
   }
 
-  void sync() {
-    sync_timer_.set(TimePoint::max());
+  /// Of the journal, or nothing more is done.
+  template <class Action>
+  void on_disk(const Action& action) {
+    if (failure_) return;
     try {
-      journal_->sync();
+      action();
     } catch (const std::runtime_error&) {
-      return fail();
+      fail();
     }
+  }
+
+  /// Meanwhile the learner goes on: a disk may take longer than its workers have work.
+  void begin_sync() {
+    is_unsynced_ = false;
+    is_syncing_ = true;
+    on_disk([this] { journal_->begin_sync(); });
+    step(learner::SyncBegun{});
+  }
+
+  void end_sync() {
+    is_syncing_ = false;
+    on_disk([this] { journal_->end_sync(); });
     step(learner::JournalSynced{});
+    if (is_unsynced_) plan_sync();
+  }
+
+  void plan_sync() {
+    is_unsynced_ = true;
+    if (!is_syncing_ && !sync_timer_.is_set()) {
+      sync_timer_.set(loop_.now() + protocol::kSyncPeriod);
+    }
+  }
+
+  /// Whoever watches asks twice a second: the last look shows how it ended, not the one before.
+  void show_the_end() {
+    if (!page_ || !page_->is_watched()) return;
+    has_ended_ = true;
+    is_stopping_ = true;  // a signal ends it at once
+    transport::Timer end(loop_, [this] { loop_.stop(); });
+    end.set(loop_.now() + kLastLook);
+    loop_.run();
   }
 
   void step(const learner::Event& event) {
+    if (failure_ || has_ended_) return;
+    effects_.clear();
+    core_->step(loop_.now(), event, effects_);
+    on_disk([this] { learner::carry_out(effects_, *this); });
     if (failure_) return;
-    learner::Effects effects;
-    core_->step(loop_.now(), event, effects);
-    try {
-      learner::carry_out(effects, *this);
-    } catch (const std::runtime_error&) {
-      return fail();
-    }
     if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return loop_.stop();
-    core_timer_.set(core_->next_deadline());
+    if (!answer_is_due_) core_timer_.set(core_->next_deadline());
   }
 
-  void append(const AcceptedResult& result) override { journal_->append(result, wall_time_us()); }
-
-  void append(const KnownWorker& worker) override { journal_->append(worker, wall_time_us()); }
-
-  void append(const LearningTime& time) override { journal_->append(time, wall_time_us()); }
-
-  void flush() override {
-    journal_->flush();
-    if (!sync_timer_.is_set()) sync_timer_.set(loop_.now() + protocol::kSyncPeriod);
+  void append(const AcceptedResult& result) override {
+    write(result);
+    if (page_) page_->study().accepted(result);
   }
+
+  void append(const KnownWorker& worker) override {
+    write(worker);
+    if (page_) page_->study().accepted(worker);
+  }
+
+  void append(const LearningTime& time) override { write(time); }
+
+  void write(const JournalRecord& record) {
+    journal_->append(record, wall_time_us());
+    plan_sync();
+  }
+
+  void flush() override { journal_->flush(); }
 
   void send(const protocol::Message& message) override {
     bus_->publish(message);
     if (const auto* status = std::get_if<protocol::LearnerStatus>(&message)) {
       progress_.show(*status, loop_.now());
       progress_.show(bus_->statistics(), loop_.now());
+      if (page_) page_->study().note(*status, loop_.now());
     }
   }
 
@@ -224,24 +294,32 @@ class LearnerDaemon : private learner::EffectHandler {
     loop_.stop();
   }
 
+  /// What is left to write, and the last acknowledgements.
   void finish() {
-    sync();  // and the last acknowledgements
+    on_disk([this] { journal_->sync(); });
+    step(learner::SyncBegun{});
+    step(learner::JournalSynced{});
     if (failure_) std::rethrow_exception(failure_);
   }
 
   transport::Loop loop_;
   transport::Timer core_timer_{loop_, [this] { step(learner::TimerFired{}); }};
-  transport::Timer sync_timer_{loop_, [this] { sync(); }};
+  transport::Timer sync_timer_{loop_, [this] { begin_sync(); }};
   transport::Timer restart_timer_{loop_, [this] { watch_local_worker(); }};
   learner::LearnerSettings settings_;
   const LearnerOptions& options_;
   std::unique_ptr<transport::Bus> bus_;
   std::unique_ptr<learner::LearnerCore> core_;
+  learner::Effects effects_;  // of one step; its memory serves the next
+  std::optional<web::LivePage> page_;
   std::unique_ptr<JournalWriter> journal_;
   std::optional<LocalWorker> local_worker_;
   ProgressLine progress_;
   bool answer_is_due_ = false;
+  bool is_unsynced_ = false;  // something that no sync has begun with
+  bool is_syncing_ = false;
   bool is_stopping_ = false;
+  bool has_ended_ = false;
   std::exception_ptr failure_;
 };
 
@@ -293,7 +371,7 @@ int run_learner(const LearnerOptions& options) {
   }
   LoadedStudy& loaded = state.loaded;
   learner::LearnerSettings settings;
-  settings.learner_id = draw_learner_id();
+  settings.learner_id = random_id();  // fresh: answers to an earlier incarnation cannot pass
   settings.host = host_name();
   settings.pid = getpid();
   const std::map<std::string, DescribedTask> tasks =
@@ -302,7 +380,7 @@ int run_learner(const LearnerOptions& options) {
   const std::string resolved = resumes ? std::string() : loaded.resolved.to_toml(program_version());
   if (!resumes) check_state_directory(files.directory);
 
-  LearnerDaemon daemon(loaded.study, settings, options);
+  LearnerDaemon daemon(loaded, settings, options, files.directory);
   if (!resumes) {
     make_directories_durably(files.directory);
     journal = std::make_unique<JournalWriter>(files.journal);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
@@ -33,9 +34,9 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 void check_paths(const EvaluateOptions& options) {
-  if (access(options.worker_program.c_str(), X_OK) != 0 ||
-      fs::is_directory(options.worker_program)) {
-    throw ConfigError("--worker-program", options.worker_program.string(),
+  if (access(options.worker_program.path.c_str(), X_OK) != 0 ||
+      fs::is_directory(options.worker_program.path)) {
+    throw ConfigError("--worker-program", options.worker_program.path.string(),
                       "must be a program that can be executed");
   }
   if (options.trace_file.empty()) return;
@@ -118,6 +119,8 @@ struct Worth {
   std::string condition;
   std::string task;
   std::vector<Outcome> outcomes;  ///< by seed
+  /// What the reward of the first is made of, if the task says so.
+  std::map<std::string, double> terms;
 };
 
 std::string in_words(const Outcome& outcome) {
@@ -151,6 +154,7 @@ void print(const Worth& worth, bool as_json) {
               {"policy_is", nullptr},
               {"beside", nullptr}};
     if (interval) said["interval_95"] = {interval->low, interval->high};
+    if (!worth.terms.empty()) said["terms"] = worth.terms;
     if (!relation.what.empty()) said["policy_is"] = relation.what;
     if (!relation.other.empty()) said["beside"] = relation.other.string();
     return fmt::print("{}\n", said.dump(-1, ' ', false, json::error_handler_t::replace));
@@ -173,6 +177,7 @@ void print(const Worth& worth, bool as_json) {
     fmt::print(" ({} of {} evaluations were discarded)", num_discarded, outcomes.size());
   }
   fmt::print("\n");
+  for (const auto& [term, number] : worth.terms) fmt::print("term    {} {}\n", term, number);
 }
 
 }  // namespace
@@ -197,6 +202,7 @@ void evaluate_policy(const EvaluateOptions& options) {
   check_dims(*file.policy, task, options.policy_file);
 
   std::vector<Outcome> outcomes;
+  std::map<std::string, double> terms;
   for (int i = 0; i < options.evaluations; ++i) {
     const PolicyEvaluation done = evaluate_with(options.worker_program, task,
                                                 {.task_content = condition.task_content,
@@ -204,6 +210,7 @@ void evaluate_policy(const EvaluateOptions& options) {
                                                  .seed = options.seed + i,
                                                  .trace = i == 0 && !options.trace_file.empty()});
     outcomes.push_back(done.outcome);
+    if (i == 0) terms = done.terms;
     if (i == 0 && !options.trace_file.empty()) {
       if (done.trace.columns.empty() && done.outcome.is_ok()) {
         throw ConfigError("--trace", options.trace_file.string(), "this task records no trace");
@@ -219,7 +226,8 @@ void evaluate_policy(const EvaluateOptions& options) {
   print(Worth{.policy_file = options.policy_file,
               .condition = condition.name,
               .task = task_name,
-              .outcomes = std::move(outcomes)},
+              .outcomes = std::move(outcomes),
+              .terms = std::move(terms)},
         options.json);
   flush_standard_output();
 }

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "learner/worker_program/worker_program.h"
+
 namespace treeroll {
 
 /// The command line of treeroll-evaluate.
@@ -13,7 +15,7 @@ struct EvaluateOptions {
   std::filesystem::path study_file;
   std::string condition;               ///< empty: the study's conditions must share one task
   std::vector<std::string> overrides;  ///< KEY=VALUE, each
-  std::filesystem::path worker_program;
+  WorkerProgram worker_program;
   std::int64_t seed = 0;             ///< for tasks that are not deterministic
   int evaluations = 1;               ///< with this seed and those that follow
   std::filesystem::path trace_file;  ///< empty: no trace

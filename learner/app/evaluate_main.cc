@@ -20,8 +20,9 @@ void describe_evaluate(CommandLine& line, EvaluateOptions& options) {
            "Condition of the study whose task counts, where they differ");
   line.add("--set", options.overrides, "KEY=VALUE overrides a key of the study, TOML value")
       .one_value_each_time();
-  line.add("--worker-program", options.worker_program, "Worker executable that knows the task")
+  line.add("--worker-program", options.worker_program.path, "Worker executable that knows the task")
       .shows_default();
+  line.add("--evaluator", options.worker_program.evaluator, kEvaluatorHelp);
   line.add("--seed", options.seed, "For tasks that are not deterministic")
       .between(0, std::numeric_limits<std::int64_t>::max())
       .shows_default();
@@ -36,7 +37,7 @@ void describe_evaluate(CommandLine& line, EvaluateOptions& options) {
 
 int evaluate_main(int argc, char** argv) {
   EvaluateOptions options;
-  options.worker_program = program_beside_us("treeroll-worker");
+  options.worker_program.path = program_beside_us("treeroll-worker");
   return run_main(
       argc, argv,
       {.name = "treeroll-evaluate",

@@ -23,8 +23,9 @@ void describe_learner(CommandLine& line, LearnerOptions& options) {
            "Start a worker daemon with this many evaluators on this host; 0: none")
       .between(0, protocol::kEvaluatorsPerWorkerMax)
       .shows_default();
-  line.add("--worker-program", options.worker_program,
+  line.add("--worker-program", options.worker_program.path,
            "Worker executable that knows the task [treeroll-worker beside this one]");
+  line.add("--evaluator", options.worker_program.evaluator, kEvaluatorHelp);
   line.add("--lcm-url", options.lcm_url,
            "LCM URL [LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0]");
   line.add("--set", options.overrides,
@@ -32,6 +33,13 @@ void describe_learner(CommandLine& line, LearnerOptions& options) {
            "study: more study.rollouts, study.repetitions or study.stop_after_s")
       .one_value_each_time();
   resume.excludes(study).excludes(state_dir);
+  const Option http = line.add("--http", options.page.address,
+                               "[ADDRESS:]PORT: show a page that follows the learning; 127.0.0.1 "
+                               "unless ADDRESS is another, port 0: one that is free");
+  line.add("--http-token-file", options.page.token_file,
+           "With --http: file with the token that a browser must bring; needed on an address that "
+           "other hosts reach")
+      .needs(http);
   line.add("--json", options.json, "Print the summary as JSON on standard output");
   line.require_any("STUDY or --resume DIR", {study, resume});
   line.end_help_with(
@@ -41,9 +49,11 @@ void describe_learner(CommandLine& line, LearnerOptions& options) {
 
 int learn(LearnerOptions options) {
   options.lcm_url = transport::resolve_url(options.lcm_url);
-  options.needs_worker_program = options.local_workers > 0 || !options.worker_program.empty();
-  if (options.worker_program.empty()) {
-    options.worker_program = program_beside_us("treeroll-worker");
+  WorkerProgram& worker = options.worker_program;
+  options.needs_worker_program =
+      options.local_workers > 0 || !worker.path.empty() || !worker.evaluator.empty();
+  if (worker.path.empty()) {
+    worker.path = program_beside_us("treeroll-worker");
   }
   return run_learner(options);
 }

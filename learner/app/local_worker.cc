@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
+#include "common/program/log.h"
 #include "common/protocol/timings.h"
 #include "learner/worker_program/process.h"
 
@@ -33,11 +36,14 @@ LocalWorker::~LocalWorker() {
 bool LocalWorker::start(TimePoint now) {
   start_at_.reset();
   started_at_ = now;
-  Result<pid_t> child = start_child(
-      options_.worker_program,
-      {"--processes", fmt::format("{}", options_.local_workers), "--lcm-url", options_.lcm_url});
+  std::vector<std::string> arguments = {"--processes", fmt::format("{}", options_.local_workers),
+                                        "--lcm-url", options_.lcm_url};
+  // A worker executable of an earlier version knows no such option.
+  if (logs_as_json()) arguments.insert(arguments.end(), {"--log", "json"});
+  Result<pid_t> child = start_child(options_.worker_program.path,
+                                    options_.worker_program.arguments(arguments));
   if (!child) {
-    spdlog::error("{}: {}", options_.worker_program.string(), child.error().message);
+    spdlog::error("{}: {}", options_.worker_program.path.string(), child.error().message);
     return false;
   }
   child_ = *child;

@@ -5,6 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "learner/web/page_options.h"
+#include "learner/worker_program/worker_program.h"
+
 namespace treeroll {
 
 /// The command line of treeroll-learner.
@@ -15,9 +18,10 @@ struct LearnerOptions {
   std::vector<std::string> overrides;  ///< KEY=VALUE, each
   std::filesystem::path state_dir;     ///< empty: treeroll-runs/NAME
   int local_workers = 0;               ///< evaluators of a worker daemon of our own; 0: none
-  std::filesystem::path worker_program;
+  WorkerProgram worker_program;
   bool needs_worker_program = false;  ///< else remote workers may describe and evaluate the tasks
   std::string lcm_url;                ///< resolved
+  web::PageOptions page;              ///< --http
   bool json = false;                  ///< print the summary as JSON on standard output
 };
 

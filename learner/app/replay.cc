@@ -12,7 +12,9 @@
 #include "common/files/whole_file.h"
 #include "common/program/standard_output.h"
 #include "learner/app/export_rollouts.h"
+#include "learner/app/replay_page.h"
 #include "learner/app/replayed_policy.h"
+#include "learner/app/shown_rollout.h"
 #include "learner/journal/journal_fold.h"
 #include "learner/journal/journal_origins.h"
 #include "learner/results/state_directory.h"
@@ -240,11 +242,11 @@ void write_results_so_far(const StateFiles& files, const fs::path& directory) {
 }  // namespace
 
 bool replay(const ReplayOptions& options) {
-  const bool has_output =
-      !options.export_format.empty() || !options.rollout.empty() || !options.start.empty();
+  const bool has_output = !options.export_format.empty() || !options.rollout.empty() ||
+                          !options.start.empty() || !options.shown.empty();
   if (!options.output_file.empty() && !has_output) {
     throw ConfigError("--output", options.output_file.string(),
-                      "must stand beside --export, --policy or --start");
+                      "must stand beside --export, --policy, --show or --start");
   }
   const StateFiles files = find(options.path);
   bool agreed = true;
@@ -254,6 +256,10 @@ bool replay(const ReplayOptions& options) {
     export_rollouts(files, options.export_format == "jsonl", options.output_file);
   } else if (!options.rollout.empty()) {
     write_policy_of_rollout(files, options.rollout, options.output_file);
+  } else if (!options.page.address.empty()) {
+    serve_journal(files, options.page, options.worker_program);
+  } else if (!options.shown.empty()) {
+    show_rollout(files, options.shown, options.worker_program, options.output_file);
   } else if (!options.start.empty()) {
     write_start_policy(files, options.start, options.output_file);
   } else if (!options.results_dir.empty()) {

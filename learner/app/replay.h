@@ -3,6 +3,9 @@
 #include <filesystem>
 #include <string>
 
+#include "learner/web/page_options.h"
+#include "learner/worker_program/worker_program.h"
+
 namespace treeroll {
 
 /// The command line of treeroll-replay.
@@ -12,6 +15,9 @@ struct ReplayOptions {
   bool refit = false;                 ///< with verify: fit the start policies again
   std::string export_format;          ///< "csv", "jsonl" or empty
   std::string rollout;                ///< RUN:ROLLOUT whose policy is asked for, or empty
+  web::PageOptions page;              ///< where it is to be served, or nowhere
+  std::string shown;                  ///< RUN:ROLLOUT that is to be shown, or empty
+  WorkerProgram worker_program = {};  ///< that simulates it once more
   std::string start;                  ///< condition whose start policy is asked for, or empty
   std::filesystem::path results_dir;  ///< for result files, or empty
   std::filesystem::path output_file;  ///< of what is asked for; empty: standard output

@@ -1,5 +1,6 @@
 #include "common/program/program.h"
 #include "learner/app/replay.h"
+#include "learner/worker_program/process.h"
 
 namespace treeroll {
 namespace {
@@ -29,16 +30,54 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
           .excludes(verify)
           .excludes(format)
           .excludes(rollout);
+  const Option shown =
+      line.add("--show", options.shown,
+               "RUN:ROLLOUT: print a roll-out with its policy, noise and trace as JSON")
+          .excludes(verify)
+          .excludes(format)
+          .excludes(rollout)
+          .excludes(start);
+  const Option http =
+      line.add("--http", options.page.address,
+               "[ADDRESS:]PORT: show a page of the journal, also while it grows, until Ctrl-C; "
+               "127.0.0.1 unless ADDRESS is another, port 0: one that is free")
+          .excludes(verify)
+          .excludes(format)
+          .excludes(rollout)
+          .excludes(start)
+          .excludes(shown);
+  line.add("--http-token-file", options.page.token_file,
+           "With --http: file with the token that a browser must bring; needed on an address that "
+           "other hosts reach")
+      .needs(http);
+  line.add("--worker-program", options.worker_program.path,
+           "For --show and --http: worker executable that knows the task [treeroll-worker beside "
+           "this one]")
+      .excludes(verify)
+      .excludes(format);
+  line.add("--evaluator", options.worker_program.evaluator, kEvaluatorHelp)
+      .excludes(verify)
+      .excludes(format);
   const Option results =
       line.add("--results", options.results_dir,
                "New directory for the result files of what has been learnt so far")
           .excludes(verify)
           .excludes(format)
           .excludes(rollout)
-          .excludes(start);
+          .excludes(start)
+          .excludes(shown)
+          .excludes(http);
   line.add("--output", options.output_file, "File of what is asked for, not standard output")
       .excludes(verify)
-      .excludes(results);
+      .excludes(results)
+      .excludes(http);
+}
+
+int work(ReplayOptions& options) {
+  if (options.worker_program.path.empty()) {
+    options.worker_program.path = program_beside_us("treeroll-worker");
+  }
+  return replay(options) ? kExitDone : kExitDiffers;
 }
 
 int replay_main(int argc, char** argv) {
@@ -50,7 +89,7 @@ int replay_main(int argc, char** argv) {
            "Reads a learner's journal, also while it is written: what is in it, and whether every "
            "step follows from it.",
        .options = [&](CommandLine& line) { describe_replay(line, options); },
-       .work = [&] { return replay(options) ? kExitDone : kExitDiffers; }});
+       .work = [&] { return work(options); }});
 }
 
 }  // namespace

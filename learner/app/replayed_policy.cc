@@ -27,21 +27,6 @@ std::optional<int> integer(std::string_view text) {
   return value;
 }
 
-protocol::RolloutKey key_of(const std::string& rollout, int num_runs) {
-  const std::size_t colon = rollout.find(':');
-  const std::string_view text = rollout;
-  const auto run = integer(text.substr(0, colon));
-  const auto number = colon == std::string::npos ? std::nullopt : integer(text.substr(colon + 1));
-  if (!run || !number) {
-    throw ConfigError(kRolloutOption, rollout, "must be RUN:ROLLOUT, two whole numbers");
-  }
-  if (*run < 0 || *run >= num_runs) {
-    throw ConfigError(kRolloutOption, rollout,
-                      fmt::format("the study has the runs 0 to {}", num_runs - 1));
-  }
-  return {*run, *number};
-}
-
 /// The policy of a roll-out that has been drawn and has no result yet; nothing if there is none.
 std::optional<std::string> policy_of(const learner::LearnerCore& core, protocol::RolloutKey key) {
   const learner::Ledger::Entry* open = core.ledger().find(key);
@@ -58,10 +43,26 @@ std::optional<std::string> policy_of(const learner::LearnerCore& core, protocol:
 
 }  // namespace
 
+protocol::RolloutKey read_rollout_key(const std::string& option, const std::string& rollout,
+                                      int num_runs) {
+  const std::size_t colon = rollout.find(':');
+  const std::string_view text = rollout;
+  const auto run = integer(text.substr(0, colon));
+  const auto number = colon == std::string::npos ? std::nullopt : integer(text.substr(colon + 1));
+  if (!run || !number) {
+    throw ConfigError(option, rollout, "must be RUN:ROLLOUT, two whole numbers");
+  }
+  if (*run < 0 || *run >= num_runs) {
+    throw ConfigError(option, rollout, fmt::format("the study has the runs 0 to {}", num_runs - 1));
+  }
+  return {*run, *number};
+}
+
 void write_policy_of_rollout(const StateFiles& files, const std::string& rollout,
                              const std::filesystem::path& output_file) {
   const StateStudy state = read_state_study(files);
-  const protocol::RolloutKey key = key_of(rollout, state.loaded.study.num_runs());
+  const protocol::RolloutKey key =
+      read_rollout_key(kRolloutOption, rollout, state.loaded.study.num_runs());
   learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
   std::optional<std::string> policy;
   fold_state(files, state, TimePoint{}, core, {.before = [&](const JournalRecord& record) {

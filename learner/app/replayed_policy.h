@@ -3,9 +3,15 @@
 #include <filesystem>
 #include <string>
 
+#include "common/protocol/messages.h"
 #include "learner/state/state_study.h"
 
 namespace treeroll {
+
+/// "RUN:ROLLOUT". Throws ConfigError under `option` for anything else, and for a run that a study
+/// of so many has not.
+protocol::RolloutKey read_rollout_key(const std::string& option, const std::string& rollout,
+                                      int num_runs);
 
 /// Writes the policy that a roll-out executed, or will, as a policy file: what crashed a simulator,
 /// say. The roll-out may be any that the journal has a result of, or that is under way at its end.

@@ -12,15 +12,16 @@ class EffectHandler {
   virtual void append(const AcceptedResult& result) = 0;  ///< to the journal
   virtual void append(const KnownWorker& worker) = 0;     ///< to the journal
   virtual void append(const LearningTime& time) = 0;      ///< to the journal
-  virtual void flush() = 0;  ///< what was appended has left this process, and outlives it
+  virtual void flush() = 0;  ///< all that was appended has left this process, and outlives it
   virtual void send(const protocol::Message& message) = 0;
   virtual void log(const LogLine& line) = 0;
 };
 
 /// Carries effects out in the one order in which this process may end between any two: no message
-/// that follows from a result, or from the time, leaves before it. So: what is appended, the flush,
-/// messages, the log; within each as they stand. What the handler throws passes through; the rest
-/// is not done then.
+/// that follows from a result, or from the time, leaves before it. So: what is appended, before
+/// messages the flush, the log; within each as they stand. Where nothing is sent what was appended
+/// waits for the messages of a later turn, or for the sync. What the handler throws passes through;
+/// the rest is not done then.
 void carry_out(const Effects& effects, EffectHandler& handler);
 
 }  // namespace treeroll::learner

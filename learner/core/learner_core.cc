@@ -22,6 +22,8 @@ constexpr std::size_t kNewsBytes = 12 * 1024;
 /// Whoever has come late, or lost a message, hears of each run again after so many statuses of the
 /// learner, or, of very many, as soon as the bytes allow.
 constexpr int kStatusesPerRepetition = 4;
+/// Thousands of workers join at once; a status says how many, and their heartbeats stretch.
+constexpr Duration kGrowthPause = std::chrono::milliseconds(50);
 
 LearnerSettings with_class(LearnerSettings settings, const std::string& numeric_class) {
   settings.numeric_class = numeric_class;
@@ -55,7 +57,8 @@ LearnerCore::LearnerCore(Study study, LearnerSettings settings)
 }
 
 void LearnerCore::step(TimePoint now, const Event& event, Effects& effects) {
-  const bool last_words = std::holds_alternative<JournalSynced>(event);
+  const bool last_words =
+      std::holds_alternative<SyncBegun>(event) || std::holds_alternative<JournalSynced>(event);
   if (outcome_ != Outcome::kRunning && !last_words) return;
   const Turn turn{now, effects, log_limiter_};
   std::visit([&](const auto& what) { on(turn, what); }, event);
@@ -104,6 +107,7 @@ void LearnerCore::on(const Turn&, const WorkerRecovered& event) {
 
 void LearnerCore::on(const Turn& turn, const MessageReceived& event) {
   workforce_.receive(turn, event.message);
+  if (workforce_.has_grown()) next_status_ = std::min(next_status_, turn.now + kGrowthPause);
   finish_if_stopped(turn);
 }
 
@@ -131,8 +135,10 @@ void LearnerCore::on(const Turn& turn, const TimerFired&) {
   workforce_.dispatch(turn);
 }
 
+void LearnerCore::on(const Turn&, const SyncBegun&) { workforce_.begin_sync(); }
+
 void LearnerCore::on(const Turn& turn, const JournalSynced&) {
-  workforce_.note_sync(turn.now);
+  workforce_.end_sync(turn.now);
   workforce_.dispatch(turn);
 }
 

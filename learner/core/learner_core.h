@@ -52,7 +52,10 @@ class LearnerCore : private Client {
 
   const Study& study() const { return study_; }
   LedgerCounters counters() const;
+  /// What watchers are told once a second.
+  protocol::LearnerStatus status(TimePoint now) const;
   const Ledger& ledger() const { return workforce_.ledger(); }
+  const Workforce& workforce() const { return workforce_; }
   const std::vector<Run>& runs() const { return runs_; }
   std::vector<RunRecord> run_records() const&;
   /// The same at the end, without a copy of the roll-outs: the core is asked for no answer any
@@ -76,6 +79,7 @@ class LearnerCore : private Client {
   void on(const Turn& turn, const MessageReceived& event);
   void on(const Turn& turn, const InboxDrained& event);
   void on(const Turn& turn, const TimerFired& event);
+  void on(const Turn& turn, const SyncBegun& event);
   void on(const Turn& turn, const JournalSynced& event);
   void on(const Turn& turn, const StopRequested& event);
   void end(Outcome outcome);

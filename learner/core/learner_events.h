@@ -45,14 +45,16 @@ struct MessageReceived {
 /// Nothing more to read for now: time to answer.
 struct InboxDrained {};
 struct TimerFired {};
-/// The journal has everything that was accepted before this event on stable storage.
+/// What has been accepted so far is on its way to stable storage; JournalSynced follows.
+struct SyncBegun {};
+/// What had been accepted before the last SyncBegun is on stable storage.
 struct JournalSynced {};
 /// No more roll-outs; the outcome follows once those under way are in.
 struct StopRequested {};
 
-using Event =
-    std::variant<Started, ResultRecovered, WorkerRecovered, TimeRecovered, RecoveryFinished,
-                 MessageReceived, InboxDrained, TimerFired, JournalSynced, StopRequested>;
+using Event = std::variant<Started, ResultRecovered, WorkerRecovered, TimeRecovered,
+                           RecoveryFinished, MessageReceived, InboxDrained, TimerFired, SyncBegun,
+                           JournalSynced, StopRequested>;
 
 // Effects, to be carried out by carry_out(), which knows their order.
 

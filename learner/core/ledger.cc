@@ -22,6 +22,8 @@ Ledger::Lease& lease_at(Ledger::Entry& entry, protocol::WorkerId worker) {
 
 void seal(Question& question, RolloutKey key) {
   std::string bytes;
+  bytes.reserve(2 * sizeof question.task_id.bytes + 2 * sizeof(std::int64_t) +
+                static_cast<std::size_t>(question.theta.size()) * sizeof(double));
   const auto append = [&bytes](const void* data, std::size_t size) {
     bytes.append(static_cast<const char*>(data), size);
   };
@@ -111,9 +113,9 @@ void Ledger::set_batch(RolloutKey key, protocol::WorkerId worker, std::int64_t b
 
 bool Ledger::confirm(RolloutKey key, protocol::WorkerId worker, TimePoint deadline) {
   Lease& lease = lease_at(entries_.at(key), worker);
-  deadlines_.erase({lease.deadline, key, worker});
-  lease.deadline = deadline;
-  deadlines_.emplace(deadline, key, worker);
+  auto place = deadlines_.extract({lease.deadline, key, worker});
+  std::get<TimePoint>(place.value()) = lease.deadline = deadline;
+  deadlines_.insert(std::move(place));
   return !std::exchange(lease.confirmed, true);
 }
 

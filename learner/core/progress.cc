@@ -161,6 +161,12 @@ void LearnerCore::publish_last_words(const Turn& turn) {
 }
 
 void LearnerCore::publish_status(const Turn& turn) {
+  protocol::LearnerStatus told = status(turn.now);
+  told.num_workers = workforce_.count_workers(turn.now);
+  turn.effects.emplace_back(SendMessage{std::move(told)});
+}
+
+protocol::LearnerStatus LearnerCore::status(TimePoint now) const {
   const LedgerCounters now_counted = counters();
   protocol::LearnerStatus status;
   status.learner_id = learner_id_;
@@ -168,8 +174,8 @@ void LearnerCore::publish_status(const Turn& turn) {
   status.pid = pid_;
   status.study = study_.name;
   status.waiting_for =
-      cut_text(why_waiting(study_, task_ids_, workforce_, turn.now), protocol::kStringBytesMax);
-  status.elapsed_s = to_seconds(turn.now - started_at_);
+      cut_text(why_waiting(study_, task_ids_, workforce_, now), protocol::kStringBytesMax);
+  status.elapsed_s = to_seconds(now - started_at_);
   status.num_runs = static_cast<std::int32_t>(runs_.size());
   status.num_runs_done = num_done_;
   status.num_workers = workforce_.workers().num_joined();
@@ -196,7 +202,7 @@ void LearnerCore::publish_status(const Turn& turn) {
     const explore::Exploration::Best& best = exploration.best();
     if (best.rollout >= 0) status.best_reward = std::max(status.best_reward, best.reward);
   }
-  turn.effects.emplace_back(SendMessage{std::move(status)});
+  return status;
 }
 
 }  // namespace treeroll::learner

@@ -63,6 +63,9 @@ class Run {
   const explore::Exploration& exploration() const { return exploration_; }
   int num_failed() const { return num_failed_; }
   int num_discarded() const { return num_discarded_; }  ///< trials, of evaluations too
+  /// Applied ones, by number; in arrival order there may be gaps (RolloutRecord::layer is 0).
+  const std::vector<RolloutRecord>& rollouts() const { return records_; }
+  const std::vector<std::string>& reasons() const { return reasons_; }
   double last_reward() const { return records_.empty() ? 0 : last_reward_; }
 
   /// Best policy so far as JSON; empty if its theta makes none, which can only be while every

@@ -48,8 +48,9 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
       left_.erase(left);
     }
     found = workers_.emplace(id, std::move(entry)).first;
-    if (!look_at_ || now + protocol::kWorkerSilence < *look_at_)
-      look_at_ = now + protocol::kWorkerSilence;
+    found->second.alive_for = heartbeats_.alive;
+    const TimePoint silence = now + heartbeats_.silence;
+    if (!look_at_ || silence < *look_at_) look_at_ = silence;
   }
   found->second.last_heard = now;
   return &found->second;
@@ -60,12 +61,24 @@ WorkerEntry* WorkerTable::find(protocol::WorkerId id) {
   return found == workers_.end() ? nullptr : &found->second;
 }
 
+void WorkerTable::note_told(TimePoint now, int num_workers) {
+  constexpr int kShrinkInverse = 16;  // a third is left when a worker takes its learner for gone
+  const int least = num_told_ - (num_told_ + kShrinkInverse - 1) / kShrinkInverse;
+  const int num_told = std::max(num_workers, least);
+  if (num_told == num_told_) return;
+  num_told_ = num_told;
+  const Duration silence_before = heartbeats_.silence;
+  heartbeats_ = protocol::heartbeats_of(num_told);
+  for (auto& [id, worker] : workers_) worker.alive_for = heartbeats_.alive;
+  if (heartbeats_.silence < silence_before && look_at_) look_at_ = now;
+}
+
 std::vector<WorkerEntry> WorkerTable::remove_silent(TimePoint now) {
   std::vector<WorkerEntry> silent;
   if (!look_at_ || now < *look_at_) return silent;
   look_at_.reset();
   for (auto worker = workers_.begin(); worker != workers_.end();) {
-    const TimePoint silence = worker->second.last_heard + protocol::kWorkerSilence;
+    const TimePoint silence = worker->second.last_heard + heartbeats_.silence;
     if (silence > now) {
       if (!look_at_ || silence < *look_at_) look_at_ = silence;
       ++worker;

@@ -37,6 +37,7 @@ struct WorkerEntry {
   std::optional<std::string> noted_class;
   TimePoint first_heard;
   TimePoint last_heard;
+  Duration alive_for = protocol::kWorkerAlive;  ///< since then, as the table knows it
   struct Refusal {
     std::string reason;
     TimePoint until;  ///< it is asked again after this
@@ -46,6 +47,7 @@ struct WorkerEntry {
   std::optional<double> answer_time_s;
   ResultsRead results_read;
   std::int64_t last_index_settled = 0;  ///< all its results up to this one are on stable storage
+  std::int64_t last_index_syncing = 0;  ///< the same once the sync under way has ended
   RequestsSent requests_sent;
   std::int64_t num_accepted = 0;
 
@@ -61,7 +63,7 @@ struct WorkerEntry {
   }
   /// Nothing speaks against it: others of whom that is true are no better.
   bool is_first_choice() const { return hearing.is_first_choice() && !late; }
-  bool is_alive(TimePoint now) const { return now < last_heard + protocol::kWorkerAlive; }
+  bool is_alive(TimePoint now) const { return now < last_heard + alive_for; }
 };
 
 /// Its name for a person: id, host and process.
@@ -75,7 +77,12 @@ class WorkerTable {
   WorkerEntry* hear(protocol::WorkerId id, TimePoint now);
   WorkerEntry* find(protocol::WorkerId id);
 
-  /// Takes out the workers that have been silent for kWorkerSilence; their records stay.
+  /// They are told that they are so many: their heartbeats stretch accordingly, and what their
+  /// silence means from now on. It shrinks slowly, for some may not have heard the last word.
+  void note_told(TimePoint now, int num_workers);
+  const protocol::Heartbeats& heartbeats() const { return heartbeats_; }
+
+  /// Takes out the workers that have been silent for too long; their records stay.
   std::vector<WorkerEntry> remove_silent(TimePoint now);
   /// When to call remove_silent() next: no worker counts as silent before.
   std::optional<TimePoint> next_look() const { return look_at_; }
@@ -98,6 +105,8 @@ class WorkerTable {
   /// Not after the first silence to come. Hearing of a worker puts its silence off but leaves this
   /// as it is, so that no message costs a walk over all workers.
   std::optional<TimePoint> look_at_;
+  int num_told_ = 0;
+  protocol::Heartbeats heartbeats_;
   std::map<protocol::WorkerId, WorkerEntry> workers_;
   std::map<protocol::WorkerId, WorkerEntry> left_;
 };

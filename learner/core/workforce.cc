@@ -23,6 +23,8 @@ constexpr Duration kRefusalLasts = std::chrono::seconds(60);
 constexpr double kPatienceInDurations = 4;
 /// Between two looks at what idle evaluators could be given too.
 constexpr Duration kHedgeInterval = std::chrono::milliseconds(100);
+/// So few more workers are not loud.
+constexpr int kFewWorkers = 64;
 
 }  // namespace
 
@@ -72,10 +74,10 @@ std::optional<TimePoint> Workforce::next_deadline() const {
 void Workforce::look_after_leases(const Turn& turn) {
   for (const WorkerEntry& silent : workers_.remove_silent(turn.now)) {
     if (silent.joined) {
-      turn.warn(
-          "workers that leave",
-          fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back", describe(silent),
-                      to_seconds(protocol::kWorkerSilence), ledger_.leases_of(silent.id).size()));
+      turn.warn("workers that leave",
+                fmt::format("{} has left: silent for {:.0f} s, {} roll-outs taken back",
+                            describe(silent), to_seconds(workers_.heartbeats().silence),
+                            ledger_.leases_of(silent.id).size()));
     }
     ledger_.take_back_all(silent.id);
   }
@@ -91,15 +93,34 @@ void Workforce::remind(const Turn& turn) {
   publish_undescribed_tasks(turn.now);
 }
 
-void Workforce::note_sync(TimePoint now) {
-  num_unsynced_ = 0;
+int Workforce::count_workers(TimePoint now) {
+  num_joined_since_ = 0;
+  num_told_ = workers_.num_joined();
+  workers_.note_told(now, num_told_);
+  return num_told_;
+}
+
+bool Workforce::has_grown() const { return num_joined_since_ > std::max(num_told_, kFewWorkers); }
+
+void Workforce::begin_sync() {
+  num_syncing_ = num_unsynced_;
   for (const protocol::WorkerId id : answers_unsynced_) {
+    WorkerEntry* worker = workers_.find(id);
+    if (worker) worker->last_index_syncing = worker->results_read.last_without_gap();
+  }
+  answers_syncing_.merge(answers_unsynced_);
+  answers_unsynced_.clear();
+}
+
+void Workforce::end_sync(TimePoint now) {
+  num_unsynced_ -= std::exchange(num_syncing_, 0);
+  for (const protocol::WorkerId id : answers_syncing_) {
     if (WorkerEntry* worker = workers_.find(id)) {
-      worker->last_index_settled = worker->results_read.last_without_gap();
+      worker->last_index_settled = std::max(worker->last_index_settled, worker->last_index_syncing);
       acknowledge(id, now + protocol::kSyncPeriod);
     }
   }
-  answers_unsynced_.clear();
+  answers_syncing_.clear();
 }
 
 void Workforce::dispatch(const Turn& turn) {
@@ -236,6 +257,7 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
 void Workforce::note_echo(const Turn& turn, WorkerEntry& worker, std::int64_t last_batch) {
   const bool hears_now = worker.hearing.note_echo(last_batch);
   if (hears_now && !std::exchange(worker.joined, true)) {
+    ++num_joined_since_;
     turn.inform("workers that join", fmt::format("{} has joined with {} evaluators",
                                                  describe(worker), worker.num_evaluators));
   }

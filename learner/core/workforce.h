@@ -64,8 +64,14 @@ class Workforce {
   void look_after_leases(const Turn& turn);
   /// Once a second or so: what is forgotten by then, and what is to be asked again.
   void remind(const Turn& turn);
-  /// Only what will survive us may be forgotten by those who have it.
-  void note_sync(TimePoint now);
+  /// How many workers have joined, to be told to them now.
+  int count_workers(TimePoint now);
+  /// Far more have joined since they were told: they should hear of it before they are too loud.
+  bool has_grown() const;
+  /// Only what will survive us may be forgotten by those who have it: what had been accepted when
+  /// the sync was begun does once it has ended.
+  void begin_sync();
+  void end_sync(TimePoint now);
   /// Gives ready roll-outs to workers, acknowledges their answers, and sends definitions.
   void dispatch(const Turn& turn);
 
@@ -127,6 +133,9 @@ class Workforce {
   bool answers_open_question(const protocol::RolloutResult& result) const;
   void note_requests(TimePoint now, WorkerEntry& worker, const protocol::RewardBatch& batch);
   TimePoint lease_end_if_held(TimePoint now, const WorkerEntry& worker) const;
+  void confirm(WorkerEntry& worker, protocol::RolloutKey key, TimePoint extended);
+  void take_back_lost(TimePoint now, WorkerEntry& worker, protocol::RolloutKey key,
+                      bool has_neither);
   void confirm_leases(TimePoint now, WorkerEntry& worker, std::int64_t last_batch,
                       const std::vector<protocol::RolloutKey>& held);
   void reconcile(TimePoint now, WorkerEntry& worker, const protocol::HeldRollouts& held);
@@ -142,7 +151,8 @@ class Workforce {
   Ledger ledger_;
   std::map<protocol::RolloutKey, ContentHash> thetas_;  // of open roll-outs, sent in pieces
   WorkerTable workers_;
-  std::set<protocol::WorkerId> answers_unsynced_;      // have answered what is not yet synced
+  std::set<protocol::WorkerId> answers_unsynced_;      // have answered what no sync has begun with
+  std::set<protocol::WorkerId> answers_syncing_;       // what the sync under way has
   std::set<protocol::WorkerId> acknowledgements_due_;  // with the next message
   std::optional<TimePoint> acknowledge_by_;            // in a message of their own, if none comes
   NumericClasses classes_;
@@ -151,8 +161,11 @@ class Workforce {
   double rollout_time_s_ = 0;                   // running mean over all answers
   std::map<ContentHash, double> task_times_s_;  // the same, by task
   std::int64_t num_unsynced_ = 0;               // accepted, and perhaps not on stable storage
+  std::int64_t num_syncing_ = 0;                // of these, what the sync under way has
   bool gives_out_ = true;
   bool refuses_workers_ = false;  // has said so, since there was room for one
+  int num_told_ = 0;              // of workers that have joined
+  int num_joined_since_ = 0;
   TimePoint last_progress_;
   TimePoint hedge_at_;  // not before
 };

@@ -143,7 +143,7 @@ bool Workforce::answers_open_question(const protocol::RolloutResult& result) con
 TimePoint Workforce::lease_end_if_held(TimePoint now, const WorkerEntry& worker) const {
   const std::size_t num_leased = ledger_.leases_of(worker.id).size();
   const Duration lease = lease_duration(worker, num_leased, rollout_time_s_);
-  return now + std::max(protocol::kHeldLeaseMin, lease);
+  return now + std::max(workers_.heartbeats().held_lease_min, lease);
 }
 
 /// What it says it holds. Of a lease it cannot have read yet, an old word says nothing.
@@ -154,33 +154,40 @@ void Workforce::confirm_leases(TimePoint now, WorkerEntry& worker, std::int64_t 
     const Ledger::Entry* entry = ledger_.find(key);
     const Ledger::Lease* of_worker = entry ? entry->lease_of(worker.id) : nullptr;
     if (!of_worker || of_worker->batch > last_batch) continue;
-    if (ledger_.confirm(key, worker.id, extended)) worker.hearing.note_confirmed();
+    confirm(worker, key, extended);
   }
 }
 
-/// Which requests have come, and which were lost on the way. A lost one goes back to this worker,
-/// which may have it from an earlier batch, while nothing speaks against the worker.
+void Workforce::confirm(WorkerEntry& worker, protocol::RolloutKey key, TimePoint extended) {
+  if (ledger_.confirm(key, worker.id, extended)) worker.hearing.note_confirmed();
+}
+
+/// Takes back the lease of a request that was lost on the way to this worker.
+/// @param has_neither  it has said that it has no answer to it either; else it may have one from an
+///                     earlier batch, and is asked again while nothing speaks against it
+void Workforce::take_back_lost(TimePoint now, WorkerEntry& worker, protocol::RolloutKey key,
+                               bool has_neither) {
+  const Ledger::Lease lost = *ledger_.find(key)->lease_of(worker.id);
+  has_neither ? ledger_.take_back_lost(key, worker.id) : ledger_.take_back(key, worker.id);
+  if (!lost.confirmed) note_lost(now, worker.id, lost.issued_at);
+}
+
+/// Which requests have come, and which were lost on the way.
 void Workforce::note_requests(TimePoint now, WorkerEntry& worker,
                               const protocol::RewardBatch& batch) {
   const RequestsSent::Report report =
       worker.requests_sent.take(batch.last_batch, batch.batches_received);
-  const auto lease_of = [&](const RequestsSent::Request& request) -> const Ledger::Lease* {
+  const auto is_out = [&](const RequestsSent::Request& request) {  // else answered or asked again
     const Ledger::Entry* entry = ledger_.find(request.key);
     const Ledger::Lease* lease = entry ? entry->lease_of(worker.id) : nullptr;
-    return lease && lease->batch == request.batch ? lease
-                                                  : nullptr;  // else answered or asked again
+    return lease && lease->batch == request.batch;
   };
   const TimePoint extended = lease_end_if_held(now, worker);
   for (const RequestsSent::Request& request : report.arrived) {
-    if (!lease_of(request)) continue;
-    if (ledger_.confirm(request.key, worker.id, extended)) worker.hearing.note_confirmed();
+    if (is_out(request)) confirm(worker, request.key, extended);
   }
   for (const RequestsSent::Request& request : report.lost) {
-    const Ledger::Lease* found = lease_of(request);
-    if (!found) continue;
-    const Ledger::Lease lost = *found;
-    ledger_.take_back(request.key, worker.id);
-    if (!lost.confirmed) note_lost(now, worker.id, lost.issued_at);
+    if (is_out(request)) take_back_lost(now, worker, request.key, false);
   }
 }
 
@@ -197,10 +204,7 @@ void Workforce::reconcile(TimePoint now, WorkerEntry& worker, const protocol::He
   const std::set<protocol::RolloutKey> leases = ledger_.leases_of(worker.id);
   for (const protocol::RolloutKey key : leases) {
     const Ledger::Lease* found = ledger_.find(key)->lease_of(worker.id);
-    if (!found || !is_without(key, found->batch)) continue;
-    const Ledger::Lease lost = *found;
-    ledger_.take_back_lost(key, worker.id);
-    if (!lost.confirmed) note_lost(now, worker.id, lost.issued_at);
+    if (found && is_without(key, found->batch)) take_back_lost(now, worker, key, true);
   }
   const std::map<protocol::RolloutKey, std::int64_t> copies = ledger_.copies_at(worker.id);
   for (const auto& [key, batch] : copies) {

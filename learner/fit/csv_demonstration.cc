@@ -124,6 +124,32 @@ void check_size(Eigen::Index num_observations, const std::string& place) {
          fmt::format("all files together must hold at most {} observations", kObservationsMax));
 }
 
+/// What alignment needs of the times of a file.
+void check_times(const Eigen::RowVectorXd& times, const std::string& file,
+                 const std::string& column) {
+  for (Eigen::Index n = 1; n < times.size(); ++n) {
+    if (times[n] >= times[n - 1]) continue;
+    refuse(file,
+           fmt::format("column {} falls from {} to {} at observation {}: to be aligned it must "
+                       "be a time that does not",
+                       shown(column), times[n - 1], times[n], n + 1));
+  }
+  if (times.size() < 2 || times[0] == times[times.size() - 1]) {
+    refuse(file, fmt::format("column {} does not vary: to be aligned it must be a time that does",
+                             shown(column)));
+  }
+}
+
+void check_pairs(const std::vector<Eigen::MatrixXd>& demonstrations, Alignment alignment,
+                 const std::string& place) {
+  const double pairs = warped_pairs(demonstrations, alignment);
+  if (pairs <= kWarpedPairsMax) return;
+  refuse(place,
+         fmt::format("dynamic time warping of all files compares {:.0f} pairs of observations, "
+                     "must be at most {:.0f}",
+                     pairs, kWarpedPairsMax));
+}
+
 }  // namespace
 
 Eigen::MatrixXd parse_demonstration(std::string_view text, const std::string& name,
@@ -150,19 +176,27 @@ Eigen::MatrixXd parse_demonstration(std::string_view text, const std::string& na
 
 CsvDemonstration read_demonstration_files(const std::vector<std::string>& files,
                                           const std::vector<std::string>& columns,
-                                          const FileReader& read_file) {
+                                          const FileReader& read_file, Alignment alignment) {
   if (!read_file) refuse(files.front(), "cannot be read: there are no files here");
+  std::vector<Eigen::MatrixXd> demonstrations;
   CsvDemonstration result;
-  result.data.resize(static_cast<Eigen::Index>(columns.size()), 0);
+  Eigen::Index num_observations = 0;
   std::string hashes;
   for (const std::string& file : files) {
     const std::string text = read_file(file);
     hashes += to_hex(content_hash(text));
-    const Eigen::MatrixXd observations = parse_demonstration(text, file, columns);
-    const Eigen::Index before = result.data.cols();
-    check_size(before + observations.cols(), file);
-    result.data.conservativeResize(Eigen::NoChange, before + observations.cols());
-    result.data.rightCols(observations.cols()) = observations;
+    demonstrations.push_back(parse_demonstration(text, file, columns));
+    num_observations += demonstrations.back().cols();
+    check_size(num_observations, file);
+    if (alignment != Alignment::kNone) check_times(demonstrations.back().row(0), file, columns[0]);
+  }
+  check_pairs(demonstrations, alignment, files.front());
+  align(demonstrations, alignment);
+  result.data.resize(static_cast<Eigen::Index>(columns.size()), num_observations);
+  Eigen::Index filled = 0;
+  for (const Eigen::MatrixXd& one : demonstrations) {
+    result.data.middleCols(filled, one.cols()) = one;
+    filled += one.cols();
   }
   if (result.data.cols() < 2) refuse(files.front(), "holds less than 2 observations");
   result.text = text_of(result.data, columns);

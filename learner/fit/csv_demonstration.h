@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/policy/policy_registry.h"
+#include "learner/fit/alignment.h"
 
 namespace treeroll {
 
@@ -38,9 +39,11 @@ struct CsvDemonstration {
 };
 
 /// The observations of several files, one file after the other. Throws DemonstrationError.
+/// @param alignment  of their times, which are the first column: none for a single file
 CsvDemonstration read_demonstration_files(const std::vector<std::string>& files,
                                           const std::vector<std::string>& columns,
-                                          const FileReader& read_file);
+                                          const FileReader& read_file,
+                                          Alignment alignment = Alignment::kNone);
 
 /// The demonstration whose CsvDemonstration::text this is, from outside. Throws DemonstrationError
 /// also if its content is another.

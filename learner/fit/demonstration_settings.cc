@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -47,12 +48,27 @@ Eigen::VectorXd variances(const Eigen::MatrixXd& data) {
   return variance;
 }
 
+Alignment read_alignment(SettingsReader& reader, std::size_t num_files, int num_inputs) {
+  const auto& names = kAlignmentNames;
+  const std::string word = reader.choice("align", {names[0], names[1], names[2]}, "none");
+  const auto index = std::find(std::begin(names), std::end(names), word) - std::begin(names);
+  const auto alignment = static_cast<Alignment>(index);
+  if (alignment == Alignment::kNone) return alignment;
+  if (num_files < 2) reader.refuse("align", "aligns several files: there is one");
+  if (num_inputs != 1) {
+    reader.refuse("align", fmt::format("aligns over the time, the one input: there are {} inputs",
+                                       num_inputs));
+  }
+  return alignment;
+}
+
 CsvDemonstration read_files(SettingsReader& reader, const std::vector<std::string>& columns,
-                            const FileReader& read_file) {
+                            int num_inputs, const FileReader& read_file) {
   const std::vector<std::string> files = reader.strings("files", kFilesMax);
+  const Alignment alignment = read_alignment(reader, files.size(), num_inputs);
   CsvDemonstration demonstration;
   try {
-    demonstration = read_demonstration_files(files, columns, read_file);
+    demonstration = read_demonstration_files(files, columns, read_file, alignment);
   } catch (const DemonstrationError& error) {
     reader.refuse("files", error.what());
   }
@@ -88,7 +104,7 @@ Demonstration from_table(SettingsReader& reader, const StartSources& sources) {
   const bool has_data = reader.has("content") && !reader.has("files");
   const CsvDemonstration demonstration =
       has_data ? find_content(reader, columns, sources.find_demonstration)
-               : read_files(reader, columns, sources.read_file);
+               : read_files(reader, columns, result.input_dim, sources.read_file);
   const Eigen::VectorXd variance = variances(demonstration.data);
   for (Eigen::Index i = 0; i < result.input_dim; ++i) {
     if (variance[i] > 0) continue;

@@ -27,6 +27,8 @@ struct Demonstration {
 ///
 ///   kind = "csv"                 # csv_demonstration.h says what a file holds
 ///   files = ["first.csv"]        # several are set beside each other
+///   align = "none"               # of several files: or "duration", "dynamic_time_warping"
+///                                # (alignment.h); the content is what comes of it
 ///   inputs = ["t"]               # names of columns
 ///   outputs = ["x", "y"]
 ///   content = "5d..."            # the data's: refused where the files have changed; or instead of

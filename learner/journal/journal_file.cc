@@ -21,7 +21,9 @@ constexpr std::size_t kBlockBytes = 1U << 16U;
 /// A window over a stream that is read once from start to end.
 class Window {
  public:
-  explicit Window(std::istream& file) : file_(file) {}
+  Window(std::istream& file, std::uint64_t offset) : file_(file), offset_(offset) {
+    if (offset > 0) file_.seekg(static_cast<std::streamoff>(offset));
+  }
 
   /// What is left from here on: at least `size` bytes unless the file ends before.
   std::string_view ahead(std::size_t size) {
@@ -45,7 +47,7 @@ class Window {
   std::istream& file_;
   std::string bytes_;
   std::size_t place_ = 0;
-  std::uint64_t offset_ = 0;
+  std::uint64_t offset_;
 };
 
 /// Goes to where a record may begin, the byte it stands at or one behind it.
@@ -91,12 +93,15 @@ JournalStart longest_start() { return {.program = std::string(kProgramBytesMax, 
 
 Result<JournalTail> read_journal_places(
     std::istream& file, const std::string& name,
-    const std::function<void(const JournalRecord&, const RecordPlace&)>& on_record) {
+    const std::function<void(const JournalRecord&, const RecordPlace&)>& on_record,
+    const JournalTail& from) {
   const auto damaged = [&name](std::int64_t record, std::uint64_t offset, const std::string& what) {
     return Error{fmt::format("{}: record {} at byte {}: {}", name, record, offset, what)};
   };
-  Window window(file);
-  JournalTail tail;
+  Window window(file, from.intact_bytes);
+  JournalTail tail = from;
+  tail.torn_bytes = 0;
+  tail.torn_bytes_are_zero = false;
   while (!window.ahead(kJournalRecordBytesMax).empty()) {
     Result<FramedRecord> framed = unframe(window.ahead(kJournalRecordBytesMax));
     if (!framed) {
@@ -191,6 +196,7 @@ void JournalWriter::continue_after(const JournalTail& tail) {
 }
 
 JournalWriter::~JournalWriter() {
+  if (background_.is_under_way()) background_.end();
   if (descriptor_ >= 0) close(descriptor_);
 }
 
@@ -199,15 +205,22 @@ void JournalWriter::fail(const char* action) const {
       fmt::format("{}: cannot {} the journal: {}", path_.string(), action, std::strerror(errno)));
 }
 
-void JournalWriter::check_untouched() const {
+/// Before each write: what is written behind a cut would be a hole and a record.
+void JournalWriter::check_length() const {
   struct stat ours {};
-  struct stat named {};
   if (fstat(descriptor_, &ours) != 0) fail("look at");
   if (ours.st_nlink == 0) refuse_touched(path_, "deleted the journal");
   if (const auto size = static_cast<std::uint64_t>(ours.st_size); size != size_) {
     refuse_touched(path_, fmt::format("{} the journal: it has {} bytes, must have {}",
                                       size < size_ ? "cut" : "written to", size, size_));
   }
+}
+
+/// Before each sync: nobody finds what has another name, though it is written well.
+void JournalWriter::check_name() const {
+  struct stat ours {};
+  struct stat named {};
+  if (fstat(descriptor_, &ours) != 0) fail("look at");
   const bool is_there = stat(path_.c_str(), &named) == 0;
   if (is_there && named.st_ino == ours.st_ino && named.st_dev == ours.st_dev) return;
   refuse_touched(path_, is_there ? "put another file in the journal's place"
@@ -220,7 +233,7 @@ void JournalWriter::append(const JournalRecord& record, std::int64_t wall_time_u
 
 void JournalWriter::flush() {
   if (buffer_.empty()) return;
-  check_untouched();  // before: what is written behind a cut would be a hole and a record
+  check_length();
   std::size_t written = 0;
   while (written < buffer_.size()) {
     const ssize_t size = write(descriptor_, buffer_.data() + written, buffer_.size() - written);
@@ -234,11 +247,24 @@ void JournalWriter::flush() {
 }
 
 void JournalWriter::sync() {
+  if (background_.is_under_way()) end_sync();
   flush();
   if (!has_unsynced_) return;
-  check_untouched();
-  if (fdatasync(descriptor_) != 0) fail("sync");
+  begin_sync();
+  end_sync();
+}
+
+void JournalWriter::begin_sync() {
+  flush();
+  check_length();
+  check_name();
   has_unsynced_ = false;
+  background_.begin(descriptor_);
+}
+
+void JournalWriter::end_sync() {
+  errno = background_.end();
+  if (errno != 0) fail("sync");
 }
 
 }  // namespace treeroll

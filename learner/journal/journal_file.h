@@ -6,6 +6,7 @@
 #include <iosfwd>
 #include <string>
 
+#include "learner/journal/background_sync.h"
 #include "learner/journal/journal_record.h"
 
 namespace treeroll {
@@ -36,9 +37,11 @@ struct RecordPlace {
   std::uint64_t end = 0;    ///< the byte behind it
 };
 /// The same of bytes that may be no file. `name` stands for the path in errors.
+/// @param from  what was read before: goes on behind it, as a learner has written more
 Result<JournalTail> read_journal_places(
     std::istream& bytes, const std::string& name,
-    const std::function<void(const JournalRecord&, const RecordPlace&)>& on_record);
+    const std::function<void(const JournalRecord&, const RecordPlace&)>& on_record,
+    const JournalTail& from = {});
 Result<JournalTail> read_journal(std::istream& bytes, const std::string& name,
                                  const std::function<void(const JournalRecord&)>& on_record);
 
@@ -61,10 +64,17 @@ class JournalWriter {
   void flush();
   /// flush() and fdatasync(2).
   void sync();
+  /// The same without waiting for the disk. Precondition: none is under way.
+  void begin_sync();
+  /// A descriptor that is readable from when the sync that was begun is done until end_sync().
+  int sync_done() const { return background_.done(); }
+  /// Waits for the sync that was begun. Precondition: one is under way.
+  void end_sync();
 
  private:
   [[noreturn]] void fail(const char* action) const;
-  void check_untouched() const;
+  void check_length() const;
+  void check_name() const;
 
   std::filesystem::path path_;
   int descriptor_ = -1;
@@ -73,6 +83,7 @@ class JournalWriter {
   std::uint64_t last_check_ = 0;
   std::string buffer_;
   bool has_unsynced_ = false;
+  BackgroundSync background_;
 };
 
 }  // namespace treeroll

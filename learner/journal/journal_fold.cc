@@ -33,8 +33,53 @@ std::int32_t renumbered(std::int32_t run, std::int32_t repetitions_then, std::in
   return static_cast<std::int32_t>(std::min<std::int64_t>(number, protocol::kRunsMax));
 }
 
+/// Throws std::runtime_error if the record does not follow from those before.
+void apply(const NumberedRecord& numbered, TimePoint now, learner::LearnerCore& core) {
+  const auto* result = std::get_if<AcceptedResult>(&numbered.record);
+  const auto* time = std::get_if<LearningTime>(&numbered.record);
+  learner::Effects unsent;
+  if (const auto* worker = std::get_if<KnownWorker>(&numbered.record)) {
+    return core.step(now, learner::WorkerRecovered{*worker}, unsent);
+  }
+  if (!result && !time) return;
+  if (core.outcome() == learner::LearnerCore::Outcome::kDone) {
+    throw std::runtime_error("the journal goes on although every run has ended");
+  }
+  if (result) {
+    const bool may_be_superseded = numbered.is_of_earlier_study && result->key.number < 0;
+    core.step(now, learner::ResultRecovered{*result, numbered.run_then, may_be_superseded}, unsent);
+  }
+  if (time) core.step(now, learner::TimeRecovered{*time}, unsent);
+  if (core.outcome() == learner::LearnerCore::Outcome::kFailed)
+    throw std::runtime_error(core.failure());
+}
+
+[[noreturn]] void refuse(const std::string& damage, const std::istream& file) {
+  // What cannot be read may be whole.
+  const char* advice =
+      file.bad() ? "" : " (treeroll-learner --resume DIR --salvage keeps what is before)";
+  throw std::runtime_error(damage + advice);
+}
+
+std::ifstream open_journal(const fs::path& journal) {
+  std::ifstream file(journal, std::ios::binary);
+  if (!file) throw std::runtime_error(journal.string() + ": " + std::strerror(errno));
+  return file;
+}
+
+fs::path free_name(const fs::path& journal) {
+  for (int i = 1;; ++i) {
+    fs::path name = journal;
+    name += i == 1 ? ".damaged" : fmt::format(".damaged{}", i);
+    // A link that leads nowhere is taken too: it would be followed.
+    if (fs::symlink_status(name).type() == fs::file_type::not_found) return name;
+  }
+}
+
+}  // namespace
+
 /// Follows a journal through the studies that came before the one that is asked for.
-class Stages {
+class NumberedReader::Stages {
  public:
   /// @param studies  those of the journal
   Stages(const JournalStudies& studies, const StudyInJournal& study, std::int32_t repetitions_now)
@@ -97,51 +142,6 @@ class Stages {
   bool is_past_ = false;          // study_ has been extended
 };
 
-/// Throws std::runtime_error if the record does not follow from those before.
-void apply(const NumberedRecord& numbered, TimePoint now, learner::LearnerCore& core) {
-  const auto* result = std::get_if<AcceptedResult>(&numbered.record);
-  const auto* time = std::get_if<LearningTime>(&numbered.record);
-  learner::Effects unsent;
-  if (const auto* worker = std::get_if<KnownWorker>(&numbered.record)) {
-    return core.step(now, learner::WorkerRecovered{*worker}, unsent);
-  }
-  if (!result && !time) return;
-  if (core.outcome() == learner::LearnerCore::Outcome::kDone) {
-    throw std::runtime_error("the journal goes on although every run has ended");
-  }
-  if (result) {
-    const bool may_be_superseded = numbered.is_of_earlier_study && result->key.number < 0;
-    core.step(now, learner::ResultRecovered{*result, numbered.run_then, may_be_superseded}, unsent);
-  }
-  if (time) core.step(now, learner::TimeRecovered{*time}, unsent);
-  if (core.outcome() == learner::LearnerCore::Outcome::kFailed)
-    throw std::runtime_error(core.failure());
-}
-
-[[noreturn]] void refuse(const std::string& damage, const std::istream& file) {
-  // What cannot be read may be whole.
-  const char* advice =
-      file.bad() ? "" : " (treeroll-learner --resume DIR --salvage keeps what is before)";
-  throw std::runtime_error(damage + advice);
-}
-
-std::ifstream open_journal(const fs::path& journal) {
-  std::ifstream file(journal, std::ios::binary);
-  if (!file) throw std::runtime_error(journal.string() + ": " + std::strerror(errno));
-  return file;
-}
-
-fs::path free_name(const fs::path& journal) {
-  for (int i = 1;; ++i) {
-    fs::path name = journal;
-    name += i == 1 ? ".damaged" : fmt::format(".damaged{}", i);
-    // A link that leads nowhere is taken too: it would be followed.
-    if (fs::symlink_status(name).type() == fs::file_type::not_found) return name;
-  }
-}
-
-}  // namespace
-
 JournalStudies read_studies(const fs::path& journal) {
   JournalStudies studies;
   std::ifstream file = open_journal(journal);
@@ -156,38 +156,60 @@ JournalStudies read_studies(const fs::path& journal) {
   return studies;
 }
 
-JournalTail read_numbered(const fs::path& journal, const StudyInJournal& study,
-                          std::int32_t repetitions_now,
-                          const std::function<void(const NumberedRecord&)>& on_record) {
-  const JournalStudies studies = read_studies(journal);
-  std::optional<Stages> stages;
-  std::ifstream file = open_journal(journal);
+NumberedReader::NumberedReader(fs::path journal, const StudyInJournal& study,
+                               std::int32_t repetitions_now)
+    : journal_(std::move(journal)),
+      study_(study),
+      repetitions_now_(repetitions_now),
+      studies_(read_studies(journal_)) {}
+
+NumberedReader::~NumberedReader() = default;
+
+const JournalTail& NumberedReader::read(
+    const std::function<void(const NumberedRecord&)>& on_record) {
+  std::ifstream file = open_journal(journal_);
   const auto on_next = [&](const JournalRecord& record, const RecordPlace& place) {
     try {
-      if (!stages) stages.emplace(studies, study, repetitions_now);
-      if (const std::optional<NumberedRecord> numbered = stages->next(record)) on_record(*numbered);
+      if (!stages_) stages_ = std::make_unique<Stages>(studies_, study_, repetitions_now_);
+      if (const std::optional<NumberedRecord> numbered = stages_->next(record)) {
+        on_record(*numbered);
+      }
     } catch (const std::system_error&) {
       throw;  // of a file that `on_record` writes: no fault of the record's
     } catch (const std::runtime_error& error) {
-      throw std::runtime_error(fmt::format("{}: record {} at byte {}: {}", journal.string(),
+      throw std::runtime_error(fmt::format("{}: record {} at byte {}: {}", journal_.string(),
                                            place.number, place.begin, error.what()));
     }
   };
-  const Result<JournalTail> tail = read_journal_places(file, journal.string(), on_next);
+  const Result<JournalTail> tail = read_journal_places(file, journal_.string(), on_next, tail_);
   if (!tail) refuse(tail.error().message, file);
-  return *tail;
+  return tail_ = *tail;
+}
+
+JournalTail read_numbered(const fs::path& journal, const StudyInJournal& study,
+                          std::int32_t repetitions_now,
+                          const std::function<void(const NumberedRecord&)>& on_record) {
+  return NumberedReader(journal, study, repetitions_now).read(on_record);
+}
+
+JournalFold::JournalFold(const fs::path& journal, const StudyInJournal& study, TimePoint now,
+                         learner::LearnerCore& core, FoldHooks hooks)
+    : reader_(journal, study, core.study().repetitions), core_(core), hooks_(std::move(hooks)) {
+  learner::Effects unsent;  // workers ask for definitions when they need them
+  core.step(now, learner::Started{}, unsent);
+}
+
+const JournalTail& JournalFold::go_on(TimePoint now) {
+  return reader_.read([&](const NumberedRecord& numbered) {
+    if (hooks_.before) hooks_.before(numbered.record);
+    apply(numbered, now, core_);
+    if (hooks_.after) hooks_.after(numbered.record);
+  });
 }
 
 JournalTail fold_journal(const fs::path& journal, const StudyInJournal& study, TimePoint now,
                          learner::LearnerCore& core, const FoldHooks& hooks) {
-  learner::Effects unsent;  // workers ask for definitions when they need them
-  core.step(now, learner::Started{}, unsent);
-  return read_numbered(journal, study, core.study().repetitions,
-                       [&](const NumberedRecord& numbered) {
-                         if (hooks.before) hooks.before(numbered.record);
-                         apply(numbered, now, core);
-                         if (hooks.after) hooks.after(numbered.record);
-                       });
+  return JournalFold(journal, study, now, core, hooks).go_on(now);
 }
 
 Salvaged salvage_journal(const fs::path& journal) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,9 +40,30 @@ struct NumberedRecord {
   std::optional<std::int32_t> run_then = std::nullopt;  ///< of a result, if it was another
   bool is_of_earlier_study = false;                     ///< a result before an extension
 };
-/// Reads a journal to its end, or to the record that extends this study.
-/// Throws as fold_journal() does, and with the record's place what `on_record` throws as
-/// std::runtime_error, unless that is a std::system_error.
+/// Reads a journal to its end, or to the record that extends this study; and on from there, as a
+/// learner has written more. Throws as fold_journal() does, and with the record's place what
+/// `on_record` throws as std::runtime_error, unless that is a std::system_error.
+class NumberedReader {
+ public:
+  NumberedReader(std::filesystem::path journal, const StudyInJournal& study,
+                 std::int32_t repetitions_now);
+  ~NumberedReader();
+  NumberedReader(const NumberedReader&) = delete;
+  NumberedReader& operator=(const NumberedReader&) = delete;
+
+  /// What has come since the last call. @return  the tail of all
+  const JournalTail& read(const std::function<void(const NumberedRecord&)>& on_record);
+
+ private:
+  class Stages;
+  std::filesystem::path journal_;
+  StudyInJournal study_;
+  std::int32_t repetitions_now_;
+  JournalStudies studies_;
+  std::unique_ptr<Stages> stages_;
+  JournalTail tail_;
+};
+/// The same, once.
 JournalTail read_numbered(const std::filesystem::path& journal, const StudyInJournal& study,
                           std::int32_t repetitions_now,
                           const std::function<void(const NumberedRecord&)>& on_record);
@@ -51,6 +73,22 @@ JournalTail read_numbered(const std::filesystem::path& journal, const StudyInJou
 struct FoldHooks {
   std::function<void(const JournalRecord&)> before = {};  ///< it is applied
   std::function<void(const JournalRecord&)> after = {};
+};
+
+/// Brings a fresh core to where a journal ends, and on as the journal grows: fold_journal() says
+/// how.
+class JournalFold {
+ public:
+  /// Precondition: the core outlives it.
+  JournalFold(const std::filesystem::path& journal, const StudyInJournal& study, TimePoint now,
+              learner::LearnerCore& core, FoldHooks hooks = {});
+  /// Applies what has come since the last call. @return  the tail of all
+  const JournalTail& go_on(TimePoint now);
+
+ private:
+  NumberedReader reader_;
+  learner::LearnerCore& core_;
+  FoldHooks hooks_;
 };
 
 /// Brings a fresh core to where a journal ends, or to the record that extends this study: every

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -16,6 +17,8 @@ namespace {
 constexpr std::uint32_t kSyncWord = 0xeda1da01;
 constexpr std::size_t kHeaderBytes = 28;
 constexpr std::size_t kCheckBytes = 8;
+/// Of most records, which are results without a reason.
+constexpr std::size_t kResultBytes = 42;
 /// Of a start of form 1, behind its kind.
 constexpr std::size_t kFirstStartBytes = 28;
 constexpr std::string_view kChannel = kJournalChannel;
@@ -31,9 +34,12 @@ enum Kind : std::uint8_t {
 
 template <class Integer>
 void put(std::string& bytes, Integer value) {
-  for (int shift = 8 * (static_cast<int>(sizeof value) - 1); shift >= 0; shift -= 8) {
-    bytes.push_back(static_cast<char>(static_cast<std::uint64_t>(value) >> shift));
+  std::array<char, sizeof value> big_endian;
+  for (std::size_t i = 0; i < sizeof value; ++i) {
+    big_endian[i] =
+        static_cast<char>(static_cast<std::uint64_t>(value) >> 8 * (sizeof value - 1 - i));
   }
+  bytes.append(big_endian.data(), big_endian.size());
 }
 
 /// Precondition: at most 255 bytes.
@@ -83,6 +89,7 @@ void put(std::string& bytes, const ContentHash& hash) {
 
 std::string payload_of(const JournalRecord& record) {
   std::string bytes;
+  bytes.reserve(kResultBytes);
   if (const auto* start = std::get_if<JournalStart>(&record)) {
     put(bytes, static_cast<std::uint8_t>(kStart));
     put(bytes, start->algorithm_version);
@@ -218,6 +225,7 @@ std::string frame(const JournalRecord& record, std::int64_t number, std::int64_t
                   std::uint64_t check_before, std::uint64_t& check) {
   const std::string payload = payload_of(record);
   std::string bytes;
+  bytes.reserve(kHeaderBytes + kChannel.size() + payload.size() + 2 * kCheckBytes);
   put(bytes, kSyncWord);
   put(bytes, number);
   put(bytes, wall_time_us);

@@ -24,7 +24,7 @@ constexpr std::size_t kRowsMax = 400;
 /// Roll-outs of one worker executable, each made once.
 class RolloutMaker {
  public:
-  explicit RolloutMaker(std::filesystem::path program) : program_(std::move(program)) {}
+  explicit RolloutMaker(WorkerProgram program) : program_(std::move(program)) {}
 
   /// Nothing for what cannot be made: its cause has gone to standard error, once a task.
   std::optional<ShownRollout> make(const std::string& task_content, const std::string& policy) {
@@ -60,7 +60,7 @@ class RolloutMaker {
     return std::nullopt;
   }
 
-  std::filesystem::path program_;
+  WorkerProgram program_;
   std::map<std::string, std::optional<TaskDescription>> tasks_;
   std::map<std::pair<std::string, std::string>, std::optional<ShownRollout>> made_;
   bool all_deterministic_ = true;
@@ -98,11 +98,12 @@ std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const Study
 }
 
 std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
-                                       const std::filesystem::path& worker_program,
+                                       const WorkerProgram& worker_program,
                                        std::vector<LearntPolicy>& policies) {
-  if (access(worker_program.c_str(), X_OK) != 0 || std::filesystem::is_directory(worker_program)) {
+  if (access(worker_program.path.c_str(), X_OK) != 0 ||
+      std::filesystem::is_directory(worker_program.path)) {
     fmt::print(stderr, "{}: no worker executable: goals and motion of {} are not drawn\n",
-               worker_program.string(), loaded.study.name);
+               worker_program.path.string(), loaded.study.name);
     return {"Goals and motion are not drawn: there was no worker executable to ask."};
   }
   RolloutMaker maker(worker_program);

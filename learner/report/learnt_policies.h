@@ -8,6 +8,7 @@
 #include "learner/report/figures/learnt_policy.h"
 #include "learner/results/study_results.h"
 #include "learner/study/study_file.h"
+#include "learner/worker_program/worker_program.h"
 
 namespace treeroll::report {
 
@@ -19,7 +20,7 @@ std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const Study
 /// @return  in sentences what could not be made, or what is to be known of it; the cause of a
 ///          failure goes to standard error
 std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
-                                       const std::filesystem::path& worker_program,
+                                       const WorkerProgram& worker_program,
                                        std::vector<LearntPolicy>& policies);
 
 /// The start policies, each once, with the conditions that share it. Their variables have the

@@ -42,9 +42,9 @@ void check(const ReportOptions& options) {
                         fmt::format("must be the state directory of a study: it has no {}", file));
     }
   }
-  if (options.needs_worker_program && (access(options.worker_program.c_str(), X_OK) != 0 ||
-                                       fs::is_directory(options.worker_program))) {
-    throw ConfigError("--worker-program", options.worker_program.string(),
+  if (options.needs_worker_program && (access(options.worker_program.path.c_str(), X_OK) != 0 ||
+                                       fs::is_directory(options.worker_program.path))) {
+    throw ConfigError("--worker-program", options.worker_program.path.string(),
                       "must be a program that can be executed");
   }
 }

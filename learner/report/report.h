@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "learner/worker_program/worker_program.h"
+
 namespace treeroll::report {
 
 /// The command line of treeroll-report.
@@ -12,7 +14,7 @@ struct ReportOptions {
   std::filesystem::path claims_file = {};          ///< empty: no table of claims
   std::filesystem::path output = "report";         ///< folder, made if need be
   std::vector<std::string> compare = {};           ///< two conditions, or none
-  std::filesystem::path worker_program = {};       ///< makes the roll-outs that are shown
+  WorkerProgram worker_program = {};               ///< makes the roll-outs that are shown
   bool needs_worker_program = false;               ///< else, if it is not there, none are shown
 };
 

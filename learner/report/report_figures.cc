@@ -44,7 +44,7 @@ NoiseLevels noise_of(const LoadedStudy& loaded, const StudyResults& results,
 
 /// What needs the study itself, not only its results.
 void add_policies(const LoadedStudy& loaded, const StudyResults& results,
-                  const fs::path& worker_program, Figures& figures) {
+                  const WorkerProgram& worker_program, Figures& figures) {
   std::vector<LearntPolicy> policies = learnt_policies(loaded, results);
   std::vector<std::string> remarks = make_rollouts(loaded, worker_program, policies);
   std::move(remarks.begin(), remarks.end(), std::back_inserter(figures.left_out));
@@ -57,7 +57,7 @@ void add_policies(const LoadedStudy& loaded, const StudyResults& results,
   append(motion_plots(results.name, policies), figures);
 }
 
-Figures figures_of(const StudyResults& results, const fs::path& worker_program,
+Figures figures_of(const StudyResults& results, const WorkerProgram& worker_program,
                    std::int64_t noise_rollouts_max) {
   try {
     const LoadedStudy loaded = load_study(results.directory / "study.toml", {});
@@ -80,7 +80,7 @@ Figures figures_of(const StudyResults& results, const fs::path& worker_program,
 }  // namespace
 
 StudyPictures draw_study(const StudyResults& results, const fs::path& output,
-                         const fs::path& worker_program, std::int64_t noise_rollouts_max) {
+                         const WorkerProgram& worker_program, std::int64_t noise_rollouts_max) {
   const std::string place = "figures/" + to_id(results.name);
   fs::create_directories(output / place);
   Figures figures = figures_of(results, worker_program, noise_rollouts_max);

@@ -7,6 +7,7 @@
 
 #include "learner/report/document.h"
 #include "learner/results/study_results.h"
+#include "learner/worker_program/worker_program.h"
 
 namespace treeroll::report {
 
@@ -23,7 +24,6 @@ struct StudyPictures {
 /// @param noise_rollouts_max  bounds the work of the noise's growth, see noise_levels()
 /// Throws std::runtime_error if gnuplot or the disk fails.
 StudyPictures draw_study(const StudyResults& results, const std::filesystem::path& output,
-                         const std::filesystem::path& worker_program,
-                         std::int64_t noise_rollouts_max);
+                         const WorkerProgram& worker_program, std::int64_t noise_rollouts_max);
 
 }  // namespace treeroll::report

@@ -15,15 +15,17 @@ void describe(CommandLine& line, ReportOptions& options) {
   line.add("--compare", options.compare,
            "Two conditions, each CONDITION or STUDY:CONDITION, the first claimed to be better")
       .takes(2);
-  line.add("--worker-program", options.worker_program,
+  line.add("--worker-program", options.worker_program.path,
            "Worker executable that knows the tasks: it makes the roll-outs shown "
            "[treeroll-worker beside this one]");
+  line.add("--evaluator", options.worker_program.evaluator, kEvaluatorHelp);
 }
 
 int report(ReportOptions options) {
-  options.needs_worker_program = !options.worker_program.empty();
-  if (options.worker_program.empty()) {
-    options.worker_program = program_beside_us("treeroll-worker");
+  WorkerProgram& worker = options.worker_program;
+  options.needs_worker_program = !worker.path.empty() || !worker.evaluator.empty();
+  if (worker.path.empty()) {
+    worker.path = program_beside_us("treeroll-worker");
   }
   write_report(options);
   return kExitDone;

@@ -66,16 +66,18 @@ std::string write_results(const fs::path& directory, const std::vector<RunRecord
   };
   attempt([&] { write_runs_csv(directory / "runs.csv", runs); });
   attempt([&] {
-    fs::create_directories(directory / "policies");
+    std::vector<NamedText> policies;
     for (const RunRecord& run : runs) {
       if (!run.best_policy.empty()) {
-        write_atomically(directory / best_policy_file(run), run.best_policy);
+        policies.push_back({fs::path(best_policy_file(run)).filename(), run.best_policy});
       }
       // Of a run that has not ended the mean policy is no final one.
       if (run.final_reward && !run.final_policy.empty()) {
-        write_atomically(directory / final_policy_file(run), run.final_policy);
+        policies.push_back({fs::path(final_policy_file(run)).filename(), run.final_policy});
       }
     }
+    make_directories_durably(directory / "policies");
+    write_atomically(directory / "policies", policies);
   });
   attempt([&] { write_rollouts_csv(directory / "rollouts.csv", runs); });
   return failures;

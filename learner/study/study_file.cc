@@ -93,6 +93,7 @@ class PolicyCache {
       // form 1 names them by the bytes of their files, which the store does not.
       json& demonstration = resolved["demonstration"];
       demonstration.erase("files");
+      demonstration.erase("align");
       demonstration["content"] = to_hex(content_hash(start.demonstration_text));
     }
     return {.start = std::move(start), .settings = std::move(resolved)};

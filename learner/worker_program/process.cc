@@ -3,7 +3,9 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,6 +17,7 @@
 #include <limits>
 #include <optional>
 #include <thread>
+#include <utility>
 
 namespace treeroll {
 namespace {
@@ -57,20 +60,29 @@ std::vector<char*> argv_of(const std::string& program, const std::vector<std::st
   return argv;
 }
 
+/// What is not the child's as it is ours; -1: as ours.
+struct Streams {
+  int input = -1;
+  int output = -1;
+  int errors = -1;
+};
+
 /// Forks and executes; in the child only async-signal-safe calls.
 Result<pid_t> launch(const std::string& program, const std::vector<std::string>& arguments,
-                     int standard_input, int standard_output) {
+                     const Streams& streams, int niceness = 0) {
   const std::vector<char*> argv = argv_of(program, arguments);
   const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0) return Error{fmt::format("cannot fork: {}", std::strerror(errno))};
   if (child > 0) return child;
   std::signal(SIGPIPE, SIG_DFL);  // ignoring it is our business alone
-  if (standard_input < 0) setpgid(0, 0);
+  if (streams.input < 0) setpgid(0, 0);
+  if (niceness != 0) setpriority(PRIO_PROCESS, 0, niceness);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(kCannotStart);  // it died before the line above
-  if (standard_input >= 0) dup2(standard_input, STDIN_FILENO);
-  if (standard_output >= 0) dup2(standard_output, STDOUT_FILENO);
+  if (streams.input >= 0) dup2(streams.input, STDIN_FILENO);
+  if (streams.output >= 0) dup2(streams.output, STDOUT_FILENO);
+  if (streams.errors >= 0) dup2(streams.errors, STDERR_FILENO);
   close_range(STDERR_FILENO + 1, ~0U, 0);  // sockets of ours are not its business
   sigset_t none;
   sigemptyset(&none);
@@ -151,7 +163,8 @@ Result<ProgramOutput> run_program(const std::filesystem::path& program,
   if (!to_child.open() || !from_child.open()) {
     return Error{fmt::format("cannot make a pipe: {}", std::strerror(errno))};
   }
-  Result<pid_t> child = launch(program, arguments, to_child.read_end, from_child.write_end);
+  Result<pid_t> child =
+      launch(program, arguments, {.input = to_child.read_end, .output = from_child.write_end});
   if (!child) return child.error();
   // A program that does not read its input must not end us.
   const auto before = std::signal(SIGPIPE, SIG_IGN);
@@ -175,7 +188,25 @@ Result<ProgramOutput> run_program(const std::filesystem::path& program,
 
 Result<pid_t> start_child(const std::filesystem::path& program,
                           const std::vector<std::string>& arguments) {
-  return launch(program, arguments, -1, -1);
+  return launch(program, arguments, {});
+}
+
+Result<PipedChild> start_piped_child(const std::filesystem::path& program,
+                                     const std::vector<std::string>& arguments, int niceness) {
+  Pipe output;
+  const int errors = memfd_create("errors", MFD_CLOEXEC);
+  if (errors < 0 || !output.open()) {
+    const int error = errno;
+    if (errors >= 0) close(errors);
+    return Error{fmt::format("cannot make a pipe: {}", std::strerror(error))};
+  }
+  const Result<pid_t> child =
+      launch(program, arguments, {.output = output.write_end, .errors = errors}, niceness);
+  if (!child) {
+    close(errors);
+    return child.error();
+  }
+  return PipedChild{*child, std::exchange(output.read_end, -1), errors};
 }
 
 void end_child(pid_t child, std::chrono::milliseconds grace) {

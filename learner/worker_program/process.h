@@ -38,6 +38,17 @@ Result<ProgramOutput> run_program(const std::filesystem::path& program,
 Result<pid_t> start_child(const std::filesystem::path& program,
                           const std::vector<std::string>& arguments);
 
+/// A child whose output is read while it works. The descriptors are the caller's to close.
+struct PipedChild {
+  pid_t pid = -1;
+  int output = -1;  ///< of a pipe: what it says on standard output, until it ends
+  int errors = -1;  ///< of a file without a name: what it says on standard error
+};
+/// The same as start_child(), of lower priority.
+/// @param niceness  nice(2)
+Result<PipedChild> start_piped_child(const std::filesystem::path& program,
+                                     const std::vector<std::string>& arguments, int niceness);
+
 /// Asks a child to end (SIGTERM), waits up to `grace`, kills it then. Reaps it.
 void end_child(pid_t child, std::chrono::milliseconds grace);
 

@@ -22,7 +22,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::chrono::seconds kLimit{30};
+/// A user's program may take long to start: an interpreter, a simulator, its models.
+constexpr std::chrono::seconds kLimit{90};
 /// What a study file holds stays below its own limit of 32 tables.
 constexpr int kSettingsNestingMax = 16;
 constexpr std::uint64_t kIntegerMax = std::numeric_limits<std::int64_t>::max();
@@ -47,13 +48,13 @@ void check_settings(const json& settings, const std::string& path, int depth) {
 
 }  // namespace
 
-DescribedTask describe_task(const std::string& content,
-                            const std::filesystem::path& worker_program) {
-  Result<ProgramOutput> answer = run_program(worker_program, {"--describe-task"}, content, kLimit);
+DescribedTask describe_task(const std::string& content, const WorkerProgram& worker_program) {
+  Result<ProgramOutput> answer = run_program(
+      worker_program.path, worker_program.arguments({"--describe-task"}), content, kLimit);
   if (!answer) throw std::runtime_error("cannot ask about the task: " + answer.error().message);
   const std::string unusable =
       fmt::format("{} --describe-task ended with status {} and said nothing that can be read",
-                  worker_program.string(), answer->exit_status);
+                  worker_program.path.string(), answer->exit_status);
   const json said = read_program_answer(answer->output, "task", unusable);
   if (answer->exit_status != 0 || !said.contains("description")) throw std::runtime_error(unusable);
   Result<TaskDescription> facts = task_description_from_json(said["description"].dump());
@@ -73,11 +74,11 @@ DescribedTask describe_task(const std::string& content,
 }
 
 std::map<std::string, DescribedTask> survey_tasks(const LoadedStudy& loaded,
-                                                  const std::filesystem::path& worker_program,
+                                                  const WorkerProgram& worker_program,
                                                   bool is_needed) {
-  if (access(worker_program.c_str(), X_OK) != 0) {
+  if (access(worker_program.path.c_str(), X_OK) != 0) {
     if (!is_needed) return {};
-    throw ConfigError("--worker-program", worker_program.string(),
+    throw ConfigError("--worker-program", worker_program.path.string(),
                       fmt::format("cannot be executed: {}", std::strerror(errno)));
   }
   std::map<std::string, DescribedTask> known;

@@ -6,6 +6,7 @@
 
 #include "common/base/task_description.h"
 #include "learner/study/study_file.h"
+#include "learner/worker_program/worker_program.h"
 
 namespace treeroll {
 
@@ -20,8 +21,7 @@ struct DescribedTask {
 /// Throws ConfigError for a task it does not know ("task.name"), for settings the task refuses, and
 /// for a task that makes something else of a resolved content (check_agreement());
 /// std::runtime_error if the executable cannot be asked.
-DescribedTask describe_task(const std::string& content,
-                            const std::filesystem::path& worker_program);
+DescribedTask describe_task(const std::string& content, const WorkerProgram& worker_program);
 
 /// Asks the worker executable about every task of the study, so that a study is checked before
 /// anything starts.
@@ -32,7 +32,7 @@ DescribedTask describe_task(const std::string& content,
 /// task's; ConfigError if the executable is needed and cannot be run; std::runtime_error if it
 /// answers with what cannot be read.
 std::map<std::string, DescribedTask> survey_tasks(const LoadedStudy& loaded,
-                                                  const std::filesystem::path& worker_program,
+                                                  const WorkerProgram& worker_program,
                                                   bool is_needed);
 
 /// Of a new study: resolves the tasks that have been described, so that what their settings came to

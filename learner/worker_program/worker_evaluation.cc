@@ -81,6 +81,11 @@ std::optional<PolicyEvaluation> read_answer(const json& said, const TaskDescript
     // Executables built against an earlier version give no reason.
     const std::string reason = evaluation.value("reason", "");
     PolicyEvaluation done{.outcome = {reward, *status, cut_text(reason, kOutcomeReasonBytesMax)}};
+    if (evaluation.contains("terms")) {
+      for (const auto& [term, number] : evaluation["terms"].items()) {
+        done.terms[term] = number_or_nan(number);
+      }
+    }
     if (!trace) return done;
     std::optional<RolloutTrace> read = read_trace(said.at("trace"));
     if (!read) return std::nullopt;
@@ -93,8 +98,8 @@ std::optional<PolicyEvaluation> read_answer(const json& said, const TaskDescript
 
 }  // namespace
 
-PolicyEvaluation evaluate_with(const std::filesystem::path& worker_program,
-                               const TaskDescription& task, const EvaluationRequest& request) {
+PolicyEvaluation evaluate_with(const WorkerProgram& worker_program, const TaskDescription& task,
+                               const EvaluationRequest& request) {
   const json asked{{"task", json::parse(request.task_content)},
                    {"policy", request.policy_text},
                    {"seed", request.seed},
@@ -102,7 +107,8 @@ PolicyEvaluation evaluate_with(const std::filesystem::path& worker_program,
   const std::chrono::seconds limit(static_cast<std::int64_t>(
       std::min(1e9, kBlockedFactor * task.time_limit_s) + kBlockedExtraS));
   const Result<ProgramOutput> answer =
-      run_program(worker_program, {"--evaluate"}, asked.dump(), limit, kAnswerBytesMax);
+      run_program(worker_program.path, worker_program.arguments({"--evaluate"}), asked.dump(),
+                  limit, kAnswerBytesMax);
   if (!answer) throw std::runtime_error("cannot evaluate: " + answer.error().message);
   // How the evaluation ended the process says more than what it has printed before.
   const int signal = answer->exit_status - kEndedBySignal;
@@ -118,7 +124,7 @@ PolicyEvaluation evaluate_with(const std::filesystem::path& worker_program,
   }
   const std::string unusable =
       fmt::format("{} --evaluate ended with status {} and said nothing that can be read",
-                  worker_program.string(), answer->exit_status);
+                  worker_program.path.string(), answer->exit_status);
   const json said = read_program_answer(answer->output, "request", unusable);
   std::optional<PolicyEvaluation> outcome = read_answer(said, task, request.trace);
   if (answer->exit_status != 0 || !outcome) throw std::runtime_error(unusable);

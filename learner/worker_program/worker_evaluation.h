@@ -1,12 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
+#include <map>
 #include <string>
 
 #include "common/base/outcome.h"
 #include "common/base/task_description.h"
 #include "learner/worker_program/rollout_trace.h"
+#include "learner/worker_program/worker_program.h"
 
 namespace treeroll {
 
@@ -20,6 +21,8 @@ struct EvaluationRequest {
 
 struct PolicyEvaluation {
   Outcome outcome;
+  /// What the reward is made of, by name, if the task says so.
+  std::map<std::string, double> terms = {};
   RolloutTrace trace = {};  ///< empty if it was not asked for, or the task records none
 };
 
@@ -28,7 +31,7 @@ struct PolicyEvaluation {
 /// @param task  what the executable has said of the task
 /// Throws ConfigError for what it refuses, std::runtime_error if it cannot be asked or says nothing
 /// that can be read.
-PolicyEvaluation evaluate_with(const std::filesystem::path& worker_program,
-                               const TaskDescription& task, const EvaluationRequest& request);
+PolicyEvaluation evaluate_with(const WorkerProgram& worker_program, const TaskDescription& task,
+                               const EvaluationRequest& request);
 
 }  // namespace treeroll

@@ -102,6 +102,7 @@ std::chrono::nanoseconds LearnerLoop::take(const std::vector<Encoded>& messages)
     auto message = transport::decode(encoded.channel, encoded.bytes);
     step(learner::MessageReceived{std::move(*message)});
   }
+  step(learner::SyncBegun{});
   step(learner::JournalSynced{});
   step(learner::InboxDrained{});
   if (core_->next_deadline() <= now_) step(learner::TimerFired{});

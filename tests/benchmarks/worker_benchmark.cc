@@ -79,8 +79,10 @@ class WorkerLoop {
   /// What evaluators answer comes in the turns that follow, until all are idle.
   void drain() {
     while (!running_.empty()) {
-      for (const RunRollout& run : std::exchange(running_, {})) {
-        step(EvaluatorEvent{RolloutEvaluated{run.evaluator, run.job, Outcome::ok(.5), 1000}});
+      for (const RunRollouts& run : std::exchange(running_, {})) {
+        for (std::int64_t i = 0; i < std::ssize(run.requests); ++i) {
+          step(EvaluatorEvent{RolloutEvaluated{run.evaluator, run.job + i, Outcome::ok(.5), 1000}});
+        }
       }
     }
     step(InboxDrained{});
@@ -105,7 +107,7 @@ class WorkerLoop {
            .output_dim = 1,
            .theta_dim = load->name.kind == DefinitionKind::kPolicy ? int{kThetaAsked} : 0,
            .time_limit = std::chrono::seconds(2)}}});
-    } else if (const auto* run = std::get_if<RunRollout>(&effect)) {
+    } else if (const auto* run = std::get_if<RunRollouts>(&effect)) {
       running_.push_back(*run);
     } else if (const auto* send = std::get_if<SendMessage>(&effect)) {
       benchmark::DoNotOptimize(transport::encode(send->message));
@@ -123,7 +125,7 @@ class WorkerLoop {
   TimePoint now_{std::chrono::hours(1)};
   ContentHash task_id_ = content_hash(kTask);
   ContentHash policy_id_ = content_hash(kPolicy);
-  std::vector<RunRollout> running_;
+  std::vector<RunRollouts> running_;
   std::int64_t sequence_ = 0;
   std::int64_t num_results_ = 0;
   std::int64_t num_messages_ = 0;

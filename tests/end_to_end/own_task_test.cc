@@ -82,6 +82,37 @@ TEST_F(OwnTaskTest, IsBuiltAgainstTheInstalledPackageAndLearnt) {
   EXPECT_FALSE(fs::exists(service_.directory() / "refused"));
 }
 
+/// With the flags that pkg-config gives.
+TEST_F(OwnTaskTest, APolicyActsInAProgramInC) {
+  const std::string program = (service_.directory() / "acts").string();
+  const std::string library = (prefix_ / "lib").string();
+  run("/bin/sh", {"-c", "cc -std=c11 " TREEROLL_CXX_FLAGS " " TREEROLL_SOURCE_DIR
+                        "/tests/policy_library/acts.c -o " +
+                            program + " $(PKG_CONFIG_PATH=" + library +
+                            "/pkgconfig pkg-config --cflags --libs treeroll_policy)"});
+  Daemon acts("/bin/sh", {"-c", "echo '{}' | LD_LIBRARY_PATH=" + library + " " + program},
+              service_.directory());
+  EXPECT_EQ(acts.wait(seconds(20)), 0) << acts.standard_error();
+  EXPECT_THAT(acts.standard_output(), HasSubstr("error: "));
+}
+
+/// By where it lies, without a word about the library.
+TEST_F(OwnTaskTest, ThePythonPackageIsInstalledWhole) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "Python cannot load a library of a sanitizer build";
+#endif
+  Daemon python("/bin/sh",
+                {"-c", "PYTHONPATH=" + (prefix_ / "lib/python3/dist-packages").string() +
+                           " python3 -B -c 'import treeroll, treeroll.lcm_types as types, "
+                           "treeroll.policy as policy; types.Types(); "
+                           "print(policy._lib().treeroll_policy_version().decode(), "
+                           "treeroll.__file__)'"},
+                service_.directory());
+  EXPECT_EQ(python.wait(seconds(20)), 0) << python.standard_error();
+  EXPECT_THAT(python.standard_output(), HasSubstr("0."));
+  EXPECT_THAT(python.standard_output(), HasSubstr(prefix_.string()));
+}
+
 TEST_F(OwnTaskTest, FindsEachHeaderThatAnInstalledOneIncludes) {
   const fs::path headers = prefix_ / "include/treeroll";
   const std::regex include("#include \"([^\"]+)\"");

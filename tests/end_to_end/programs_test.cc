@@ -8,6 +8,8 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <set>
+#include <sstream>
 
 #include "tests/end_to_end/service.h"
 
@@ -89,9 +91,33 @@ class ProgramsTest : public ::testing::Test {
   Service service_;
 };
 
+/// Of the learner and of the worker that it starts.
+TEST_F(ProgramsTest, EveryLineOfAJsonLogIsAnObject) {
+  const fs::path study = service_.study(sleeping(20, 1000));
+  const Said said =
+      service_.run("treeroll-learner",
+                   {study.string(), "--local-workers", "1", "--lcm-url", service_.url(),
+                    "--state-dir", (service_.directory() / "json").string(), "--log", "json"});
+  EXPECT_EQ(said.status, 0) << said.errors;
+  std::set<std::string> programs;
+  std::istringstream lines(said.errors);
+  for (std::string line; std::getline(lines, line);) {
+    const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+    ASSERT_TRUE(object.is_object()) << line;
+    EXPECT_THAT(object["time"].get<std::string>(),
+                MatchesRegex("[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9:]{8}[.][0-9]{3}Z"));
+    EXPECT_EQ(object["level"], "info");
+    EXPECT_FALSE(object["text"].get<std::string>().empty());
+    EXPECT_GT(object["pid"], 0);
+    programs.insert(object["program"]);
+  }
+  EXPECT_EQ(programs, (std::set<std::string>{"treeroll-learner", "treeroll-worker"}));
+  EXPECT_EQ(service_.run("treeroll-learner", {study.string(), "--log", "xml"}).status, 2);
+}
+
 TEST_F(ProgramsTest, EveryOneSaysItsVersionInTheSameForm) {
   std::string of_first;
-  for (const char* name : {"learner", "worker", "evaluate", "replay", "report"}) {
+  for (const char* name : {"learner", "worker", "evaluate", "replay", "report", "doctor", "top"}) {
     const std::string program = std::string("treeroll-") + name;
     Daemon asked(program, {"--version"}, service_.directory());
     EXPECT_EQ(asked.wait(seconds(20)), 0);

@@ -90,6 +90,18 @@ TEST_F(AtomicFileTest, AppearsWhenItIsCommittedAndLeavesNothingOtherwise) {
   EXPECT_EQ(num_entries(), 1U);
 }
 
+TEST_F(AtomicFileTest, ManyAppearTogetherOrNoneOfThoseThatAreWrittenAtOnce) {
+  std::vector<NamedText> files;
+  for (int i = 0; i < 600; ++i) files.push_back({std::to_string(i), "text"});
+  write_atomically(folder_, files);
+  EXPECT_EQ(num_entries(), 600U);
+  EXPECT_EQ(read_whole_file(folder_ / "599"), "text");
+  const std::vector<NamedText> failing{{"one more", "a"}, {std::string(300, 'x'), "b"}};
+  EXPECT_THROW(write_atomically(folder_, failing), std::runtime_error);
+  EXPECT_EQ(num_entries(), 600U) << "nor is a temporary one left";
+  write_atomically(folder_, std::vector<NamedText>{});
+}
+
 TEST_F(AtomicFileTest, ALeftOverTemporaryFileIsReplaced) {
   std::ofstream(file_.string() + ".tmp") << "half of a longer table";
   write_atomically(file_, "1,2\n");

@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <string>
 
 #include "common/base/config_error.h"
 #include "common/base/settings_reader.h"
@@ -104,6 +107,54 @@ TEST_F(DemonstrationSettingsTest, AStartByKmeansIsTheFitFromItsClusters) {
             mean_log_likelihood(clusters, data.data) - .01);
   table["fit"]["initial_output_deviation"] = 3;
   EXPECT_THROW(start(table), ConfigError);
+}
+
+/// One movement, shown twice as fast and later the second time.
+TEST_F(DemonstrationSettingsTest, SeveralFilesAreAlignedAsTheStudySays) {
+  std::map<std::string, std::string> files = {{"slow.csv", "t,x\n"}, {"fast.csv", "t,x\n"}};
+  for (int i = 0; i <= 40; ++i) {
+    const std::string x = std::to_string(std::sin(.1 * i));
+    files["slow.csv"] += std::to_string(i) + "," + x + "\n";
+    files["fast.csv"] += std::to_string(100 + .5 * i) + "," + x + "\n";
+  }
+  const auto read = [&](const json& table) {
+    json resolved;
+    return read_demonstration(
+        SettingsReader(table, "d", resolved),
+        {.read_file = [&](const std::string& file) { return files.at(file); }});
+  };
+  json table = {
+      {"kind", "csv"}, {"files", {"slow.csv", "fast.csv"}}, {"inputs", {"t"}}, {"outputs", {"x"}}};
+  EXPECT_EQ(read(table).data(0, 41), 100) << "without a word they stay as they are";
+  for (const char* align : {"duration", "dynamic_time_warping"}) {
+    table["align"] = align;
+    const Demonstration aligned = read(table);
+    EXPECT_LT((aligned.data.leftCols(41) - aligned.data.rightCols(41)).norm(), 1e-9) << align;
+    EXPECT_NEAR(aligned.data(0, 0), 50, 1e-9);
+    EXPECT_NEAR(aligned.data(0, 40), 80, 1e-9);
+    EXPECT_NE(aligned.text.find("\n80,"), std::string::npos) << "what is stored is what came of it";
+  }
+  const auto error = [&](const json& settings) -> std::string {
+    try {
+      read(settings);
+    } catch (const ConfigError& refused) {
+      return refused.what();
+    }
+    return "";
+  };
+  json one = table;
+  one["files"] = {"slow.csv"};
+  EXPECT_THAT(error(one), HasSubstr("d.align = \"dynamic_time_warping\": aligns several files"));
+  table["align"] = "by_eye";
+  EXPECT_THAT(error(table), HasSubstr("d.align = \"by_eye\": must be one of"));
+  table["align"] = "duration";
+  files["fast.csv"] = "t,x\n1,2\n3,4\n2,5\n";
+  EXPECT_THAT(error(table), HasSubstr("fast.csv: column \"t\" falls from 3 to 2 at observation 3"));
+  files["fast.csv"] = "t,x\n1,2\n1,4\n";
+  EXPECT_THAT(error(table), HasSubstr("fast.csv: column \"t\" does not vary"));
+  files["slow.csv"] = files["fast.csv"] = "t,y,x\n1,2,3\n3,4,5\n";
+  table["inputs"] = {"t", "y"};
+  EXPECT_THAT(error(table), HasSubstr("d.align = \"duration\": aligns over the time"));
 }
 
 TEST_F(DemonstrationSettingsTest, SeveralInputsFitATree) {

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -308,6 +309,26 @@ TEST_F(JournalFileTest, ARewardThatNoTaskCanGiveIsDamage) {
     std::uint64_t check = 0;
     EXPECT_FALSE(unframe(frame(impossible, 0, 0, 0, check))) << reward;
   }
+}
+
+TEST_F(JournalFileTest, GrowsWhileASyncIsUnderWay) {
+  {
+    JournalWriter writer(path());
+    writer.continue_after({});
+    writer.append(JournalStart{}, 5);
+    writer.begin_sync();
+    writer.append(result(0), 6);
+    writer.flush();
+    pollfd done{writer.sync_done(), POLLIN, 0};
+    EXPECT_EQ(poll(&done, 1, 30'000), 1) << "the end of a sync is told";
+    writer.end_sync();
+    EXPECT_EQ(poll(&done, 1, 0), 0);
+    writer.append(result(1), 7);
+    writer.begin_sync();
+    writer.sync();  // waits for the other
+    writer.begin_sync();
+  }
+  EXPECT_EQ(read()->num_records, 3);
 }
 
 TEST_F(JournalFileTest, OnlyOneWriterAtATime) {

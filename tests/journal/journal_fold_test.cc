@@ -34,9 +34,49 @@ class JournalFoldTest : public testing::Test {
     return "folded";
   }
 
+  static std::string key_of(const NumberedRecord& each) {
+    const auto* result = std::get_if<AcceptedResult>(&each.record);
+    const std::string kind = std::to_string(each.record.index());
+    return result ? kind + " " + std::to_string(result->key.run) + ":" +
+                        std::to_string(result->key.number)
+                  : kind;
+  }
+
   ScratchFolder scratch_;
   fs::path folder_ = scratch_.path();
 };
+
+/// As a reader sees it that comes between any two writes: cut anywhere, also within a record.
+TEST_F(JournalFoldTest, OneThatGrowsIsFoldedPartByPartToTheSame) {
+  const fs::path learnt = folder_ / "learnt";
+  study_test::learn_into(learnt, study_test::tree_study(""));
+  const std::string whole = read_whole_file(learnt / "journal.lcmlog");
+  const LoadedStudy loaded = load_study(learnt / "study.toml", {});
+  const StudyInJournal known{.id = content_hash(loaded.text),
+                             .repetitions = loaded.study.repetitions};
+  const fs::path growing = folder_ / "growing";
+  const auto leave = [&](std::size_t size) {
+    std::ofstream(growing, std::ios::binary) << whole.substr(0, size);
+  };
+  // Contents of answers are no matter here, and learn_into() writes none: records are compared.
+  std::vector<std::string> at_once;
+  read_numbered(learnt / "journal.lcmlog", known, loaded.study.repetitions,
+                [&](const NumberedRecord& each) { at_once.push_back(key_of(each)); });
+  for (const std::size_t step : {37U, 200U, 1000U}) {
+    std::vector<std::string> in_parts;
+    leave(step);
+    NumberedReader reader(growing, known, loaded.study.repetitions);
+    JournalTail tail;
+    for (std::size_t size = step; size < whole.size() + step; size += step) {
+      leave(std::min(size, whole.size()));
+      tail = reader.read([&](const NumberedRecord& each) { in_parts.push_back(key_of(each)); });
+    }
+    EXPECT_EQ(in_parts, at_once);
+    EXPECT_TRUE(tail.sealed);
+    EXPECT_EQ(tail.torn_bytes, 0U);
+    EXPECT_EQ(tail.intact_bytes, whole.size());
+  }
+}
 
 /// Both forms that version 0.1.0 of treeroll and what came before 0.2.0 have written, and a later.
 TEST_F(JournalFoldTest, AnotherVersionOfTheAlgorithmIsNamedWithTheProgramThatGoesOn) {

@@ -160,7 +160,10 @@ class Cluster {
     core->step(now, event, effects);
     const std::vector<AcceptedResult> results = results_in(effects);
     journal.insert(journal.end(), results.begin(), results.end());
-    if (!results.empty()) core->step(now, JournalSynced{}, effects);
+    if (!results.empty()) {
+      core->step(now, SyncBegun{}, effects);
+      core->step(now, JournalSynced{}, effects);
+    }
     for (const Effect& effect : effects) {
       if (const auto* time = std::get_if<AppendTime>(&effect)) times[journal.size()] = time->time;
       if (const auto* line = std::get_if<LogLine>(&effect)) log.push_back(*line);

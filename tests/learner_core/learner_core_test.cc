@@ -411,6 +411,7 @@ TEST(LearnerCoreTest, AcknowledgesARepetitionThoughAnOlderBatchCameBeforeTheDisk
   ASSERT_EQ(both.results.size(), 2U);
   give(both);
   give(one);  // overtaken on its way
+  core.step(TimePoint{}, SyncBegun{}, effects);
   core.step(TimePoint{}, JournalSynced{}, effects);
   effects = {};
   give(both);
@@ -477,18 +478,32 @@ class AnswersTest : public ::testing::Test {
 TEST_F(AnswersTest, AreSeenAtOnceAndSettledOnceTheyAreOnStableStorage) {
   hear(answer());
   EXPECT_EQ(word(), (protocol::Acknowledgement{1, 1, 0}));
+  step(SyncBegun{});
   step(JournalSynced{});
   EXPECT_EQ(word(), (protocol::Acknowledgement{1, 1, 1}));
+}
+
+TEST_F(AnswersTest, ThatComeDuringASyncAreSettledByTheNextOne) {
+  hear(answer());
+  step(SyncBegun{});
+  hear(answer());
+  step(JournalSynced{});
+  EXPECT_EQ(word(), (protocol::Acknowledgement{1, 2, 1}));
+  step(SyncBegun{});
+  step(JournalSynced{});
+  EXPECT_EQ(word(), (protocol::Acknowledgement{1, 2, 2}));
 }
 
 TEST_F(AnswersTest, PastAGapAreAcceptedAndNotSaidToBeSeen) {
   const protocol::RewardBatch lost = answer();
   hear(answer());
   EXPECT_EQ(results_in(effects_).size(), 1U);
+  step(SyncBegun{});
   step(JournalSynced{});
   EXPECT_EQ(word(), (protocol::Acknowledgement{1, 0, 0}));
   hear(lost);
   EXPECT_EQ(results_in(effects_).size(), 2U);
+  step(SyncBegun{});
   step(JournalSynced{});
   EXPECT_EQ(word(), (protocol::Acknowledgement{1, 2, 2})) << "the second need not come again";
 }
@@ -498,6 +513,7 @@ TEST_F(AnswersTest, ThatItsWorkerGivesNoMoreAreNotWaitedFor) {
   protocol::RewardBatch second = answer();
   second.oldest_index = 2;
   hear(second);
+  step(SyncBegun{});
   step(JournalSynced{});
   EXPECT_EQ(word(), (protocol::Acknowledgement{1, 2, 2}));
 }

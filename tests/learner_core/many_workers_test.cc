@@ -73,7 +73,10 @@ class Crowd {
     Effects effects;
     const auto start = std::chrono::steady_clock::now();
     core->step(now_, event, effects);
-    if (!results_in(effects).empty()) core->step(now_, JournalSynced{}, effects);
+    if (!results_in(effects).empty()) {
+      core->step(now_, SyncBegun{}, effects);
+      core->step(now_, JournalSynced{}, effects);
+    }
     spent += std::chrono::steady_clock::now() - start;
     for (const protocol::Message& message : messages_in(effects)) {
       const auto* batch = std::get_if<protocol::RolloutBatch>(&message);

@@ -214,6 +214,7 @@ TEST(NumericClassesTest, AWorkerIsNotedOnceBeforeItsResultsWithItsNamesCut) {
     tell(TimerFired{});
     if (!worker.has_work()) continue;
     tell(MessageReceived{worker.finish(77, now)});
+    tell(SyncBegun{});
     tell(JournalSynced{});
   }
   ASSERT_GE(order.size(), 4U);

@@ -28,9 +28,16 @@ void Disk::flush() {
 }
 
 void Disk::sync() {
-  flush();
-  num_synced_ = bytes_.size();
+  begin_sync();
+  end_sync();
 }
+
+void Disk::begin_sync() {
+  flush();
+  num_syncing_ = bytes_.size();
+}
+
+void Disk::end_sync() { num_synced_ = num_syncing_; }
 
 Disk::Loss Disk::crash(Dice& dice) {
   if (dice.chance(.5)) {

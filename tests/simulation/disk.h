@@ -21,7 +21,9 @@ class Disk {
   std::string open(const std::function<void(const JournalRecord&)>& on_record);
   void append(const JournalRecord& record);
   void flush();  ///< write(2)
-  void sync();   ///< fdatasync(2)
+  void sync();   ///< fdatasync(2), with what has been appended
+  void begin_sync();
+  void end_sync();  ///< what was written by then will last; what has been written since may not
   bool has_unsynced() const { return num_synced_ < bytes_.size(); }
 
   /// The process ends, perhaps within write(2); perhaps with its host, so that of what was not
@@ -35,7 +37,8 @@ class Disk {
  private:
   std::string bytes_;
   std::string buffer_;
-  std::size_t num_synced_ = 0;  ///< bytes
+  std::size_t num_synced_ = 0;   ///< bytes
+  std::size_t num_syncing_ = 0;  ///< bytes that will be once the sync has ended
   std::int64_t next_number_ = 0;
   std::uint64_t last_check_ = 0;
 };

@@ -30,6 +30,8 @@ class Observer {
 
   std::int64_t num_simulations = 0;  ///< begun by an evaluator
   std::int64_t num_reissued = 0;
+  std::int64_t num_messages_heard = 0;  ///< by learners
+  std::int64_t num_heartbeats = 0;      ///< of these
   /// Which question each answer of a worker to a learner was for, by its index, until acknowledged.
   using Question = std::pair<protocol::RolloutKey, std::int64_t>;  ///< with its content
   std::map<std::pair<protocol::WorkerId, protocol::LearnerId>, std::map<std::int64_t, Question>>

@@ -22,7 +22,8 @@ enum Purpose : std::uint32_t {
   kDyingDice = 8,
   kSizeDice = 9,
   kLastingDice = 10,
-  kWorthDice = 11
+  kWorthDice = 11,
+  kRelayDice = 12
 };
 
 /// A tree of two or three layers, most of them left as soon as they may be.
@@ -246,6 +247,30 @@ Scenario scenario_of(std::uint64_t seed) {
   scenario.faults_end = TimePoint(3 * length);
   for (const Incident& incident : scenario.incidents) {
     scenario.faults_end = std::max(scenario.faults_end, incident.time + incident.length);
+  }
+  return scenario;
+}
+
+Scenario with_relays(Scenario scenario) {
+  using Kind = Incident::Kind;
+  Dice dice(scenario.seed, kRelayDice);
+  scenario.num_relays = dice.between(1, 2);
+  for (WorkerPlan& worker : scenario.workers) {
+    worker.relay = dice.chance(.15) ? -1 : dice.between(0, scenario.num_relays - 1);
+  }
+  if (scenario.faults_end == TimePoint{}) return scenario;
+  const Duration length = expected_length(scenario);
+  for (const Kind kind : {Kind::kRelayCrash, Kind::kRelayDrain, Kind::kRelayStop}) {
+    const int count = dice.chance(.4) ? dice.between(1, 3) : 0;
+    for (int i = 0; i < count; ++i) {
+      const Duration length_max = dice.chance(.5) ? seconds(4) : milliseconds(100);
+      const Incident incident{.kind = kind,
+                              .time = TimePoint(dice.between(Duration{}, 2 * length)),
+                              .length = dice.between(Duration{}, length_max),
+                              .slot = dice.between(0, scenario.num_relays - 1)};
+      scenario.faults_end = std::max(scenario.faults_end, incident.time + incident.length);
+      scenario.incidents.push_back(incident);
+    }
   }
   return scenario;
 }

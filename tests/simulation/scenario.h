@@ -37,6 +37,9 @@ struct Incident {
     kWorkerDeaf,        ///< from then on nothing reaches the worker, nor its successors
     kEvaluatorsStuck,   ///< from then on no roll-out at the worker ends, nor at its successors
     kPlayback,          ///< all that was said until then is said again, and again
+    kRelayCrash,        ///< SIGKILL of a relay; back after `length`
+    kRelayDrain,        ///< SIGTERM of a relay; once gone it is back after `length`
+    kRelayStop,         ///< SIGSTOP of a relay for `length`
     kLearnerDies,       ///< SIGKILL, and it does not come back
     kLearnerCrash,      ///< at its next effect; back after `length` from its journal
     kLearnerExit,       ///< SIGTERM; once gone it is back after `length`
@@ -45,15 +48,17 @@ struct Incident {
   Kind kind = Kind::kWorkerCrash;
   TimePoint time;
   Duration length{};
-  int slot = 0;      ///< of the worker, or of the learner
+  int slot = 0;      ///< of the worker, the relay or the learner
   double speed = 1;  ///< of a playback
 
+  bool befalls_relay() const { return kind >= Kind::kRelayCrash && kind < Kind::kLearnerDies; }
   bool befalls_learner() const { return kind >= Kind::kLearnerDies; }
 };
 
 struct WorkerPlan {
   TimePoint joins;
   int num_evaluators = 1;
+  int relay = -1;  ///< below which it is; -1: beside the learners
 };
 
 /// All that a seed means. Faults of the network and incidents end at `faults_end`, but for those
@@ -66,10 +71,11 @@ struct Scenario {
   TaskBehaviour task;
   NetworkFaults network;
   std::vector<WorkerPlan> workers;
+  int num_relays = 0;
   std::vector<Incident> incidents;
   Duration reading_delay{};  ///< from a message's arrival to the process that reads it
   std::int64_t unsynced_results_max = protocol::kUnsyncedResultsMax;
-  Duration sync_delay{};  ///< from the journal's write to its fdatasync
+  Duration sync_delay{};  ///< from the journal's write to its fdatasync, and until that is done
   Duration load_time{};   ///< of a definition into an evaluator
   TimePoint faults_end;
 };
@@ -80,6 +86,9 @@ Scenario calm_scenario(std::uint64_t seed);
 /// The same with a mix of faults; one time in four with a second learner, one in four with studies
 /// that are learnt for a time, and one in seven with a fault that lasts.
 Scenario scenario_of(std::uint64_t seed);
+
+/// The scenario with one or two relays, most workers below them, and what may befall a relay.
+Scenario with_relays(Scenario scenario);
 
 /// A tree of two layers of so many Gaussians.
 PolicyPtr wide_policy(int num_first, int num_last);

@@ -100,7 +100,7 @@ void SimulatedLearner::step(const learner::Event& event) {
     return wake_at(core_.next_deadline());
   observer_.require(core_.outcome() != learner::LearnerCore::Outcome::kFailed,
                     "the learner fails: " + core_.failure());
-  if (disk_.has_unsynced()) return;  // sync() comes
+  if (is_sync_planned_) return;  // end_sync() comes
   disk_.append(JournalSeal{});
   disk_.sync();
   ended_ = true;
@@ -168,6 +168,8 @@ void SimulatedLearner::append(const AcceptedResult& result) {
   if (result.outcome.is_discarded()) expected_.erase(result.key);
   disk_.append(result);
   unwritten_.push_back(result);
+  note_answered(result);
+  plan_sync();
   observer_.require(lag() <= scenario_.unsynced_results_max,
                     "more is accepted than may wait for the disk");
   if (lag() == scenario_.unsynced_results_max) observer_.count("the disk's lag at its limit");
@@ -176,6 +178,7 @@ void SimulatedLearner::append(const AcceptedResult& result) {
 void SimulatedLearner::append(const KnownWorker& worker) {
   crash_if_due();
   disk_.append(worker);
+  plan_sync();
 }
 
 void SimulatedLearner::append(const LearningTime& time) {
@@ -183,33 +186,54 @@ void SimulatedLearner::append(const LearningTime& time) {
   observer_.require(time.elapsed == learnt_before_ + (schedule_.now() - started_at_),
                     "the time of learning is not counted");
   disk_.append(time);
-  unwritten_time_ = time;
+  time_is_unwritten_ = true;
+  note_time(time);
+  plan_sync();
 }
 
 void SimulatedLearner::flush() {
   crash_if_due();
-  disk_.flush();
-  for (const AcceptedResult& result : unwritten_) {
-    note_answered(result);
-    unsynced_.emplace_back(result.key, result.content);
-  }
-  unwritten_.clear();
-  if (unwritten_time_) note_time(*std::exchange(unwritten_time_, std::nullopt));
-  if (std::exchange(sync_is_due_, true)) return;
-  later(scenario_.sync_delay, [this] { sync(); });
+  write();
 }
 
-void SimulatedLearner::sync() {
+void SimulatedLearner::write() {
+  disk_.flush();
+  for (const AcceptedResult& result : std::exchange(unwritten_, {})) {
+    unsynced_.emplace_back(result.key, result.content);
+  }
+  time_is_unwritten_ = false;
+}
+
+void SimulatedLearner::plan_sync() {
+  is_unsynced_ = true;
+  if (std::exchange(is_sync_planned_, true)) return;
+  later(scenario_.sync_delay, [this] { begin_sync(); });
+}
+
+void SimulatedLearner::begin_sync() {
   if (dead_) return;
-  sync_is_due_ = false;
-  disk_.sync();
-  synced_.insert(unsynced_.begin(), unsynced_.end());
-  unsynced_.clear();
+  is_unsynced_ = false;
+  write();
+  disk_.begin_sync();
+  syncing_ = std::exchange(unsynced_, {});
+  step(learner::SyncBegun{});
+  later(scenario_.sync_delay, [this] { end_sync(); });
+}
+
+void SimulatedLearner::end_sync() {
+  if (dead_) return;
+  is_sync_planned_ = false;
+  disk_.end_sync();
+  synced_.insert(syncing_.begin(), syncing_.end());
+  syncing_.clear();
+  if (is_unsynced_) plan_sync();
   step(learner::JournalSynced{});
 }
 
 void SimulatedLearner::send(const protocol::Message& message) {
   crash_if_due();
+  observer_.require(unwritten_.empty() && !time_is_unwritten_,
+                    "a message leaves before what it may follow from is written");
   if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) check_batch(*batch);
   check_told(message);
   surroundings_.send(std::make_shared<const protocol::Message>(message));

@@ -48,7 +48,10 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   void do_all(const learner::Effects& effects);
   void crash_if_due();
   void crash();
-  void sync();
+  void write();
+  void plan_sync();
+  void begin_sync();
+  void end_sync();
 
   void append(const AcceptedResult& result) override;
   void append(const KnownWorker& worker) override;
@@ -60,7 +63,7 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   void recover(const JournalRecord& record);
   /// Results that are not on stable storage.
   std::int64_t lag() const {
-    return static_cast<std::int64_t>(unwritten_.size() + unsynced_.size());
+    return static_cast<std::int64_t>(unwritten_.size() + unsynced_.size() + syncing_.size());
   }
   void note_answered(const AcceptedResult& result);
   bool is_given_up(int run) const;
@@ -105,7 +108,8 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   int effects_until_crash_ = -1;  ///< below 0: none
   bool dead_ = false;
   bool ended_ = false;
-  bool sync_is_due_ = false;
+  bool is_sync_planned_ = false;  ///< or under way
+  bool is_unsynced_ = false;      ///< something that no sync has begun with
   std::int64_t last_sequence_ = 0;
   std::int64_t num_reissued_ = 0;
   std::int64_t num_failed_ = 0;  ///< applied and failed, as the journal has them
@@ -113,14 +117,15 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   std::set<protocol::RolloutKey> open_;               ///< asked for and not answered
   std::vector<AcceptedResult> unwritten_;             ///< appended, in this process alone
   std::set<Observer::Question> accepted_;             ///< appended
-  std::map<protocol::RolloutKey, Outcome> answered_;  ///< written, but for trials made again
-  std::map<protocol::RolloutKey, int> num_discards_;  ///< written
+  std::map<protocol::RolloutKey, Outcome> answered_;  ///< appended, but for trials made again
+  std::map<protocol::RolloutKey, int> num_discards_;  ///< appended
   std::vector<Observer::Question> unsynced_;          ///< written, not synced
+  std::vector<Observer::Question> syncing_;           ///< what the sync under way has
   std::set<Observer::Question> synced_;
   std::vector<int> num_applied_;  ///< by run, as the journal has it
   TimePoint started_at_;
-  Duration learnt_before_{};                    ///< by earlier incarnations, as the journal has it
-  std::optional<LearningTime> unwritten_time_;  ///< appended, in this process alone
+  Duration learnt_before_{};  ///< by earlier incarnations, as the journal has it
+  bool time_is_unwritten_ = false;
   std::optional<std::vector<int>> ends_;  ///< num_applied_ when the journal said the time is up
   std::map<protocol::WorkerId, Heard> heard_;
   std::map<protocol::WorkerId, std::int64_t> greeted_;  ///< in the batch of this sequence

@@ -248,22 +248,28 @@ void SimulatedWorker::perform(const worker::ForgetDefinition& effect) {
   observer_.require(num_erased == 1, "an evaluator is to forget what it does not know");
 }
 
-void SimulatedWorker::perform(const worker::RunRollout& effect) {
-  const int index = effect.evaluator;
+void SimulatedWorker::perform(const worker::RunRollouts& effect) {
+  observer_.require(!effect.requests.empty(), "an evaluator is given nothing");
+  Evaluator& evaluator = evaluators_[static_cast<std::size_t>(effect.evaluator)];
+  begin(evaluator, effect.job);
+  evaluator.lost = false;
+  evaluator.ahead = {};
+  std::int64_t job = effect.job;
+  for (const protocol::RolloutRequest& request : effect.requests) {
+    if (job > effect.job) observer_.count("roll-outs beside others");
+    evaluate(effect.evaluator, job, request, &request == &effect.requests.back());
+    ++job;
+  }
+}
+
+/// @param is_last  of those it was given together
+void SimulatedWorker::evaluate(int index, std::int64_t job, const protocol::RolloutRequest& request,
+                               bool is_last) {
   Evaluator& evaluator = evaluators_[static_cast<std::size_t>(index)];
-  const protocol::RolloutRequest& request = effect.request;
   observer_.require(
       evaluator.known.contains({worker::DefinitionKind::kTask, request.task_id}) &&
           evaluator.known.contains({worker::DefinitionKind::kPolicy, request.policy_id}),
       "a roll-out for an evaluator that lacks a definition");
-  if (!evaluator.more) {
-    begin(evaluator, effect.job);
-    evaluator.lost = false;
-    evaluator.ahead = {};
-  } else {
-    observer_.count("roll-outs beside others");
-  }
-  evaluator.more = effect.more;
   if (evaluator.lost) return;
   ++observer_.num_simulations;
 
@@ -298,11 +304,11 @@ void SimulatedWorker::perform(const worker::RunRollout& effect) {
   const Outcome outcome = task_.outcome(request.key, request.task_seed, request.theta);
   if (outcome.status() == RolloutStatus::kDiverged) observer_.count("roll-outs diverged");
   if (outcome.is_discarded()) observer_.count("trials discarded");
-  from_evaluator(index, duration, [index, effect, own, outcome](Evaluator& self) {
-    if (!effect.more) self.job = 0;
+  from_evaluator(index, duration, [index, job, own, outcome, is_last](Evaluator& self) {
+    if (is_last) self.job = 0;
     self.num_killed = 0;
     return worker::RolloutEvaluated{
-        .evaluator = index, .job = effect.job, .outcome = outcome, .duration_ns = own.count()};
+        .evaluator = index, .job = job, .outcome = outcome, .duration_ns = own.count()};
   });
 }
 

@@ -43,7 +43,6 @@ class SimulatedWorker : public Node {
     std::int64_t job = 0;  ///< 0: idle
     TimePoint since;
     Duration cpu_time_max{};  ///< the job burns no more
-    bool more = false;        ///< of roll-outs given together the next is to come
     bool lost = false;        ///< of these one crashes or hangs: none after it is begun
     Duration ahead{};         ///< what those before take
     std::set<worker::DefinitionName> known;
@@ -66,7 +65,8 @@ class SimulatedWorker : public Node {
   void perform(const worker::KillEvaluator& effect);
   void perform(const worker::LoadDefinition& effect);
   void perform(const worker::ForgetDefinition& effect);
-  void perform(const worker::RunRollout& effect);
+  void perform(const worker::RunRollouts& effect);
+  void evaluate(int index, std::int64_t job, const protocol::RolloutRequest& request, bool is_last);
   void perform(const worker::AskCpuTime& effect);
   void perform(const LogLine&) {}
   void perform(const worker::Exit& effect);

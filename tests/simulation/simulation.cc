@@ -17,7 +17,8 @@ using std::chrono::seconds;
 using Kind = Incident::Kind;
 
 /// More actions than any scenario takes: what goes past it goes round in circles.
-constexpr int kActionsMax = 5'000'000;
+constexpr std::int64_t kActionsMax = 5'000'000;
+constexpr std::int64_t kActionsPerWorkerMax = 100'000;
 
 /// What a journal says of the ends of its runs, counted apart from the core.
 struct Ends {
@@ -56,20 +57,42 @@ Ends ends_of(const Study& study, const std::vector<JournalRecord>& journal) {
 Simulation::Simulation(const Scenario& scenario)
     : scenario_(scenario),
       network_(scenario, schedule_, observer_,
-               [this](int slot, Network::Direction direction, Node::MessagePointer message) {
-                 if (direction == Network::Direction::kToLearner) {
-                   for (LearnerSlot& learner : learners_) {
-                     if (learner.process) learner.process->deliver(message);
-                   }
-                 } else if (auto& worker = workers_[static_cast<std::size_t>(slot)]) {
-                   worker->deliver(std::move(message));
-                 }
+               [this](int link, Network::Direction direction, const Node::MessagePointer& message) {
+                 deliver(link, direction, message);
                }),
       learners_(scenario.studies.size()),
+      relays_(static_cast<std::size_t>(scenario.num_relays)),
       workers_(scenario.workers.size()),
       generations_(scenario.workers.size()),
       stuck_(scenario.workers.size()),
       absence_(scenario.workers.size()) {}
+
+void Simulation::deliver(int link, Network::Direction direction,
+                         const Node::MessagePointer& message) {
+  const auto place = static_cast<std::size_t>(link);
+  const bool is_of_relay = place >= workers_.size();
+  if (direction == Network::Direction::kToWorker) {
+    Node* below = nullptr;
+    if (is_of_relay) {
+      below = relays_[place - workers_.size()].process.get();
+    } else {
+      below = workers_[place].get();
+    }
+    if (below != nullptr) below->deliver(message);
+    return;
+  }
+  const int relay = is_of_relay ? -1 : scenario_.workers[place].relay;
+  if (relay >= 0) {
+    SimulatedRelay* above = relays_[static_cast<std::size_t>(relay)].process.get();
+    if (above != nullptr) above->deliver(message);
+    return;
+  }
+  ++observer_.num_messages_heard;
+  observer_.num_heartbeats += std::holds_alternative<protocol::WorkerStatus>(*message) ? 1 : 0;
+  for (LearnerSlot& learner : learners_) {
+    if (learner.process) learner.process->deliver(message);
+  }
+}
 
 void Simulation::run() {
   const int num_learners = static_cast<int>(learners_.size());
@@ -81,6 +104,9 @@ void Simulation::run() {
     const TimePoint joins = scenario_.workers[static_cast<std::size_t>(slot)].joins;
     if (joins > TimePoint{}) observer_.count("workers joining late");
     schedule_.at(joins, [this, slot] { start_worker(slot); });
+  }
+  for (int index = 0; index < scenario_.num_relays; ++index) {
+    schedule_.at(TimePoint{}, [this, index] { start_relay(index); });
   }
   for (const Incident& incident : scenario_.incidents) {
     schedule_.at(incident.time, [this, &incident] { strike(incident); });
@@ -94,9 +120,10 @@ void Simulation::run() {
 
 void Simulation::advance_to_the_end() {
   const TimePoint end = scenario_.faults_end + patience();
-  int num_actions = 0;
+  const std::int64_t actions_max = kActionsMax + kActionsPerWorkerMax * std::ssize(workers_);
+  std::int64_t num_actions = 0;
   while (num_done_ < static_cast<int>(learners_.size()) && !observer_.broken()) {
-    if (schedule_.advance(end) && ++num_actions < kActionsMax) continue;
+    if (schedule_.advance(end) && ++num_actions < actions_max) continue;
     observer_.require(false, "no end although faults have stopped");
   }
 }
@@ -107,7 +134,11 @@ void Simulation::start_learner(int index) {
   surroundings.send = [this](const Node::MessagePointer& message) {
     network_.note_published(*message);
     for (int worker = 0; worker < static_cast<int>(workers_.size()); ++worker) {
+      if (scenario_.workers[static_cast<std::size_t>(worker)].relay >= 0) continue;
       network_.send(worker, Network::Direction::kToWorker, message);
+    }
+    for (int relay = 0; relay < scenario_.num_relays; ++relay) {
+      network_.send(link_of_relay(relay), Network::Direction::kToWorker, message);
     }
   };
   surroundings.crashed = [this, index] {
@@ -169,7 +200,57 @@ void Simulation::remove_worker(int slot, Duration rejoins_after) {
   schedule_.after(rejoins_after, [this, slot] { start_worker(slot); });
 }
 
+void Simulation::start_relay(int index) {
+  RelaySlot& slot = relays_[static_cast<std::size_t>(index)];
+  const int generation = slot.generation++;
+  SimulatedRelay::Surroundings surroundings;
+  surroundings.send_above = [this, index](const Node::MessagePointer& message) {
+    network_.note_published(*message);
+    network_.send(link_of_relay(index), Network::Direction::kToLearner, message);
+  };
+  surroundings.send_below = [this, index](const Node::MessagePointer& message) {
+    network_.note_published(*message);
+    for (int worker = 0; worker < static_cast<int>(workers_.size()); ++worker) {
+      if (scenario_.workers[static_cast<std::size_t>(worker)].relay != index) continue;
+      network_.send(worker, Network::Direction::kToWorker, message);
+    }
+  };
+  surroundings.exited = [this, index, generation] {
+    schedule_.after(Duration{}, [this, index, generation] {
+      const RelaySlot& left = relays_[static_cast<std::size_t>(index)];
+      if (left.generation == generation + 1) remove_relay(index, left.absence);
+    });
+  };
+  slot.process = std::make_unique<SimulatedRelay>(scenario_, schedule_, observer_, index,
+                                                  generation, std::move(surroundings));
+  slot.process->start();
+}
+
+void Simulation::remove_relay(int index, Duration rejoins_after) {
+  RelaySlot& slot = relays_[static_cast<std::size_t>(index)];
+  if (!slot.process) return;
+  slot.process.reset();
+  schedule_.after(rejoins_after, [this, index] { start_relay(index); });
+}
+
+void Simulation::strike_relay(const Incident& incident) {
+  RelaySlot& slot = relays_[static_cast<std::size_t>(incident.slot)];
+  if (!slot.process) return;
+  if (incident.kind == Kind::kRelayStop) {
+    observer_.count("relays stopped for a while");
+    return slot.process->stop_until(schedule_.now() + incident.length);
+  }
+  if (incident.kind == Kind::kRelayCrash) {
+    observer_.count("relay crashes");
+    return remove_relay(incident.slot, incident.length);
+  }
+  observer_.count("relays drained");
+  slot.absence = incident.length;
+  slot.process->drain();
+}
+
 void Simulation::strike(const Incident& incident) {
+  if (incident.befalls_relay()) return strike_relay(incident);
   incident.befalls_learner() ? strike_learner(incident) : strike_worker(incident);
 }
 
@@ -211,6 +292,9 @@ void Simulation::strike_worker(const Incident& incident) {
     case Kind::kPartition:
       observer_.count("partitions");
       return network_.cut(incident.slot, end);
+    case Kind::kRelayCrash:
+    case Kind::kRelayDrain:
+    case Kind::kRelayStop:
     case Kind::kLearnerDies:
     case Kind::kLearnerCrash:
     case Kind::kLearnerExit:
@@ -265,7 +349,8 @@ Duration Simulation::patience() const {
       }
     }
   }
-  return sum;
+  // Two leases one behind the other, and two silences to be noticed.
+  return scenario_.num_relays > 0 ? 2 * sum : sum;
 }
 
 void Simulation::check_outcome(int index) {

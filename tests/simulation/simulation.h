@@ -6,6 +6,7 @@
 
 #include "tests/simulation/network.h"
 #include "tests/simulation/simulated_learner.h"
+#include "tests/simulation/simulated_relay.h"
 #include "tests/simulation/simulated_worker.h"
 
 namespace treeroll::simulation {
@@ -26,13 +27,19 @@ class Simulation {
  private:
   void advance_to_the_end();
   void start_learner(int index);
+  void deliver(int link, Network::Direction direction, const Node::MessagePointer& message);
   void start_worker(int slot);
+  void start_relay(int index);
+  void remove_relay(int index, Duration rejoins_after);
   void remove_worker(int slot, Duration rejoins_after);
   void restart_learner(int index);
   void learner_ended(int index);
   void strike(const Incident& incident);
   void strike_worker(const Incident& incident);
+  void strike_relay(const Incident& incident);
   void strike_learner(const Incident& incident);
+  /// The link between a relay and the learners; those of workers have the workers' numbers.
+  int link_of_relay(int index) const { return static_cast<int>(workers_.size()) + index; }
   /// Virtual time in which what is left when the faults stop must be done.
   Duration patience() const;
   void check_outcome(int index);
@@ -49,6 +56,12 @@ class Simulation {
     bool dies = false;   ///< once gone it stays away
   };
   std::vector<LearnerSlot> learners_;
+  struct RelaySlot {
+    std::unique_ptr<SimulatedRelay> process;
+    int generation = 0;
+    Duration absence{};  ///< how long a drained one stays away
+  };
+  std::vector<RelaySlot> relays_;
   std::vector<std::unique_ptr<SimulatedWorker>> workers_;
   std::vector<int> generations_;   ///< of worker slots
   std::vector<bool> stuck_;        ///< worker slots where no roll-out ends

@@ -83,6 +83,28 @@ TEST_F(StandaloneStudyTest, NeitherThePlaceNorTheLineEndsOfAFileAreInIt) {
   EXPECT_EQ(load_study(carried.path(), {}).resolved.to_toml("0.2.0"), resolved_);
 }
 
+TEST_F(StandaloneStudyTest, HoldsSeveralDemonstrationsAsTheyWereAligned) {
+  const StudyText study(std::string(kSmallStudy) +
+                        "policy.demonstration = {kind = \"csv\", files = [\"demo.csv\", "
+                        "\"slow.csv\"], inputs = [\"t\"], outputs = [\"u\"], align = "
+                        "\"dynamic_time_warping\"}\n");
+  fs::copy(file_.folder() / "demo.csv", study.folder() / "demo.csv");
+  std::ofstream slow(study.folder() / "slow.csv");
+  slow << "t,u\n";
+  for (int i = 0; i < 50; ++i) slow << 7 + i / 9.5 << ',' << (i * i) % 11 / 3. << '\n';
+  slow.close();
+  const LoadedStudy loaded = load_study(study.path(), {});
+  const Eigen::MatrixXd& data = *loaded.demonstrations[0];
+  ASSERT_EQ(data.cols(), 100);
+  EXPECT_LT((data.leftCols(50) - data.rightCols(50)).norm(), 1e-4) << "one movement";
+  fs::remove(study.folder() / "slow.csv");
+  const std::string resolved = loaded.resolved.to_toml("0.2.0");
+  EXPECT_THAT(resolved, Not(HasSubstr("align")));
+  const LoadedStudy again = load_study(StudyText(resolved).path(), {});
+  study_test::expect_equal(again.study, loaded.study);
+  EXPECT_EQ(*again.demonstrations[0], data);
+}
+
 TEST_F(StandaloneStudyTest, TheStartThatItHoldsIsTakenAndFittedAgainOnlyWhereThatIsAsked) {
   // Another number in the stored policy: nothing but the text can give it.
   const std::string policy = to_json(*loaded_->study.conditions[0].start);

@@ -114,6 +114,50 @@ TEST(HoldTaskTest, UprightFallsWithoutFeedbackAndStandsWithIt) {
   }
 }
 
+TEST(HoldTaskTest, WithItsRegulatorAPolicyThatDoesNothingHolds) {
+  for (const char* plant : {"rk4", "ode"}) {
+    for (const char* target : {"upright", "hanging"}) {
+      const auto verdict = [&](const char* feedback_key) {
+        const json settings = {
+            {"start_phi1", .05}, {"start_phi2", -.05}, {"variation", {{"parameter_fraction", .02}}},
+            {"target", target},  {"plant", plant},     {"feedback", feedback_key}};
+        const auto task = standard_task("hold", settings.dump());
+        Trace trace;
+        EXPECT_EQ(evaluate_traced(*task, feedback(kNone), 1, trace),
+                  evaluate(*task, feedback(kNone), 1));
+        EXPECT_EQ(trace.columns().back(), "holds");
+        return trace.numbers().back() == 1;
+      };
+      EXPECT_TRUE(verdict("lqr")) << plant << ' ' << target;
+      EXPECT_EQ(verdict("none"), target == std::string("hanging")) << plant;
+    }
+  }
+}
+
+TEST(HoldTaskTest, ThePolicyComesOnTopOfTheRegulator) {
+  const auto task = [](const char* feedback_key) {
+    const json settings = {{"plant", "rk4"},           {"target", "upright"},
+                           {"start_phi1", .02},        {"start_phi2", .01},
+                           {"feedback", feedback_key}, {"acceleration_max_mps2", 100}};
+    return standard_task("hold", settings.dump());
+  };
+  // The regulator's gains as a policy, alone, and as the regulator.
+  Gains gains;
+  gains << -160.95173378650279, 260.41251882112397, -10, -2.779556338121472, 43.84116045683418,
+      -15.25694207288792;
+  EXPECT_NEAR(evaluate(*task("lqr"), feedback(kNone), 0).reward(),
+              evaluate(*task("none"), feedback(gains), 0).reward(), 1e-9);
+  EXPECT_NEAR(evaluate(*task("lqr"), feedback(gains / 2), 0).reward(),
+              evaluate(*task("none"), feedback(1.5 * gains), 0).reward(), 1e-9);
+}
+
+TEST(HoldTaskTest, TheKeyFeedbackAloneChangesNoReward) {
+  const auto plain = standard_task("hold", R"({"plant": "rk4"})");
+  const auto with_key = standard_task("hold", R"({"plant": "rk4", "feedback": "none"})");
+  EXPECT_EQ(evaluate(*plain, feedback(kHangingRegulator), 0),
+            evaluate(*with_key, feedback(kHangingRegulator), 0));
+}
+
 TEST(HoldTaskTest, SaysWhatIsWrongWithItsSettings) {
   EXPECT_THAT(refusal("hold", R"({"target": "sideways"})"),
               HasSubstr("task.target = \"sideways\""));
@@ -121,6 +165,10 @@ TEST(HoldTaskTest, SaysWhatIsWrongWithItsSettings) {
   EXPECT_THAT(refusal("hold", R"({"acceleration_max_mps2": 0})"),
               HasSubstr("task.acceleration_max_mps2"));
   EXPECT_THAT(refusal("hold", R"({"gain": 1})"), HasSubstr("task.gain"));
+  EXPECT_THAT(refusal("hold", R"({"feedback": "pid"})"), HasSubstr("task.feedback = \"pid\""));
+  EXPECT_THAT(refusal("hold", R"({"feedback": "lqr", "duration_s": 1})"),
+              HasSubstr("task.holds.after_s: 1.5 s must be below the 1 s at which holding ends"));
+  EXPECT_THAT(refusal("hold", R"({"lqr": {}})"), HasSubstr("task.lqr"));
 }
 
 }  // namespace

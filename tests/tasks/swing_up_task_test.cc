@@ -7,7 +7,7 @@
 
 #include "common/base/config_error.h"
 #include "common/base/settings_reader.h"
-#include "tests/sim/swing_up_input.h"
+#include "tests/tasks/following.h"
 #include "tests/tasks/rollouts.h"
 #include "tests/tasks/standard_task.h"
 
@@ -15,26 +15,6 @@ namespace treeroll {
 namespace {
 
 using nlohmann::json;
-
-/// As many narrow Gaussians as follow an acceleration over time closely: each contributes the
-/// tangent of the curve at its mean.
-Gmm following(const sim::CosineSeries& p) {
-  std::vector<Component> components;
-  constexpr int kNum = 1500;
-  constexpr double kDurationS = 2.5, kWidthS = kDurationS / kNum / 2, kH = 1e-5;
-  for (int k = 0; k < kNum; ++k) {
-    const double t = (k + .5) * kDurationS / kNum;
-    const double slope =
-        (sim::cart_acceleration(p, t + kH) - sim::cart_acceleration(p, t - kH)) / (2 * kH);
-    const double variance = kWidthS * kWidthS;
-    Eigen::Matrix2d covariance;
-    covariance << variance, slope * variance, slope * variance, slope * slope * variance + 1e-4;
-    components.push_back({.prior = 1. / kNum,
-                          .mean = Eigen::Vector2d(t, sim::cart_acceleration(p, t)),
-                          .covariance = covariance});
-  }
-  return Gmm(1, components);
-}
 
 TEST(SwingUpTaskTest, CostIsZeroUprightAtRestAndFollowsEquation46) {
   EXPECT_EQ(swing_up_cost({}), 0);

@@ -185,6 +185,25 @@ TEST(LoopTest, AForgottenDescriptorMayBeWatchedAgain) {
   EXPECT_EQ(read, 'a');
 }
 
+TEST(LoopTest, AReportOfAForgottenDescriptorReachesNoOtherThatIsWatchedSince) {
+  Loop loop;
+  const Pair first;
+  const Pair second;
+  std::string read;
+  const auto read_one_and_renew = [&](const Pair& mine, const Pair& other) {
+    read += mine.read();
+    loop.forget(other.reader());
+    // It is ready, but the look that is under way has found another watch ready, not this one.
+    loop.watch(other.reader(), [&] { read += 'n', loop.stop(); });
+  };
+  first.write('a');
+  second.write('a');
+  loop.watch(first.reader(), [&] { read_one_and_renew(first, second); });
+  loop.watch(second.reader(), [&] { read_one_and_renew(second, first); });
+  loop.run();
+  EXPECT_EQ(read, "an");
+}
+
 TEST(LoopTest, AWatchedDescriptorStaysBlocking) {
   Loop loop;
   const Pair pair;
@@ -229,6 +248,28 @@ TEST(LoopTest, ASignalIsAnEventEachTimeItComes) {
   raise(SIGUSR1);
   loop.run();
   EXPECT_EQ(num_signals, 2);
+}
+
+TEST(LoopTest, ASignalThatComesWhenTheLoopIsGoneEndsNobody) {
+  EXPECT_EXIT(
+      {
+        {
+          Loop().on_signals({SIGTERM}, [](int) {});
+        }
+        raise(SIGTERM);
+        _exit(7);
+      },
+      testing::ExitedWithCode(7), "");
+}
+
+TEST(LoopTest, ATimerThatSetsItselfToThePastLeavesOthersTheirTurn) {
+  Loop loop;
+  const Pair pair;
+  Timer restless(loop, [&] { restless.set(loop.now() - hours(1)); });
+  restless.set(loop.now());
+  loop.watch(pair.reader(), [&] { loop.stop(); });
+  pair.write('x');
+  loop.run();
 }
 
 TEST(LoopTest, RunsAgainAfterAStop) {

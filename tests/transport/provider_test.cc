@@ -1,4 +1,8 @@
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
 
 #include <ctime>
 #include <filesystem>
@@ -111,6 +115,37 @@ TEST(ProviderTest, ATcpqServerThatStopsAmidAMessageCostsTheConnectionNotTheDaemo
   ASSERT_TRUE(run_until(
       loop, [&] { return server.num_connections() >= 4; }, std::chrono::seconds(30)))
       << "it probes and connects, and after the half message both again";
+}
+
+/// Of this process, to a server on this port.
+std::vector<int> connections_to(int port) {
+  std::vector<int> found;
+  for (int descriptor = 0; descriptor < 1024; ++descriptor) {
+    sockaddr_in peer{};
+    socklen_t size = sizeof peer;
+    if (getpeername(descriptor, reinterpret_cast<sockaddr*>(&peer), &size) != 0) continue;
+    if (peer.sin_family == AF_INET && ntohs(peer.sin_port) == port) found.push_back(descriptor);
+  }
+  return found;
+}
+
+TEST(ProviderTest, ATcpqMessageLeavesWholeAndAtOnce) {
+  const StallingTcpqServer server;
+  Loop loop;
+  Listener bus(loop, server.url(), {});
+  MessageMaker maker(5);
+  bus.bus->publish(maker.make(Channel::kLearnerStatus));
+  const std::vector<int> connections =
+      connections_to(std::stoi(server.url().substr(server.url().rfind(':') + 1)));
+  ASSERT_EQ(connections.size(), 1U);
+  const auto flag = [&](int name) {
+    int value = -1;
+    socklen_t size = sizeof value;
+    EXPECT_EQ(getsockopt(connections[0], IPPROTO_TCP, name, &value, &size), 0);
+    return value;
+  };
+  EXPECT_EQ(flag(TCP_NODELAY), 1) << "nothing waits for the acknowledgement of what is before it";
+  EXPECT_EQ(flag(TCP_CORK), 0) << "nor for more to go along with";
 }
 
 const char* const kLcmJar = "/usr/share/java/lcm.jar";

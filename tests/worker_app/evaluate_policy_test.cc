@@ -119,7 +119,7 @@ TEST(EvaluatePolicyTest, BadRequestsAreRefusedWithKeyAndRule) {
            {"request", std::string((4U << 20U) + 1, ' '), "bytes long"},
            {"request.polcy", with("polcy", 1), "unknown key"},
            {"request.policy", with("policy", 3), "must be a string"},
-           {"request.seed", with("seed", -1), "must be an integer"},
+           {"request.seed", with("seed", 0.5), "must be an integer"},
            {"request.trace", with("trace", 1), "must be"},
            {"task", with("task", 3), "must be a JSON object"},
            {"task.name", with("task", {{"name", "nobody"}, {"settings", json::object()}}),

@@ -85,7 +85,7 @@ class MirrorTask : public Task {
 
 class EvaluatorTest : public testing::Test {
  protected:
-  EvaluatorTest() : registry_(make_registry()), evaluator_(registry_) {}
+  EvaluatorTest() : registry_(make_registry()), tasks_(tasks_of(registry_)), evaluator_(*tasks_) {}
 
   static TaskRegistry make_registry() {
     TaskRegistry registry;
@@ -136,6 +136,7 @@ class EvaluatorTest : public testing::Test {
   }
 
   TaskRegistry registry_;
+  std::unique_ptr<TaskSource> tasks_;
   Evaluator evaluator_;
 };
 

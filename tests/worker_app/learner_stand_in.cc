@@ -79,6 +79,21 @@ void LearnerStandIn::ask(int first, int num) {
   bus_->publish(batch);
 }
 
+void LearnerStandIn::ask_with_theta(int number, const ContentHash& theta_id) {
+  protocol::RolloutRequest request;
+  request.worker_id = status->worker_id;
+  request.key = {0, number};
+  request.content = 1000 + number;
+  request.task_id = content_hash(task_);
+  request.policy_id = content_hash(policy_);
+  request.theta_id = theta_id;
+  bus_->publish(protocol::RolloutBatch{kLearner, ++sequence_, {request}, {}});
+}
+
+void LearnerStandIn::skip_batches(int num) {
+  for (int i = 0; i < num; ++i) skipped.push_back(++sequence_);
+}
+
 void LearnerStandIn::acknowledge() {
   bus_->publish(protocol::RolloutBatch{
       kLearner, ++sequence_, {}, {{status->worker_id, last_index_, last_index_}}});

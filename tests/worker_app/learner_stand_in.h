@@ -35,13 +35,19 @@ class LearnerStandIn {
   void define_policy(const Policy& policy);
   /// Asks for roll-outs number first .. first + n - 1, under the last definitions.
   void ask(int first, int num);
+  /// Asks for one whose theta comes in pieces.
+  void ask_with_theta(int number, const ContentHash& theta_id);
   void acknowledge();
+  /// As if so many batches were lost.
+  void skip_batches(int num);
+  void send(const protocol::Message& message) { bus_->publish(message); }
   const protocol::RolloutResult* result(int number) const;
 
   std::vector<protocol::RewardBatch> rewards;
   std::vector<protocol::DefinitionRequest> requests;
   std::vector<protocol::DefinitionReport> reports;
   std::optional<protocol::WorkerStatus> status;
+  std::vector<std::int64_t> skipped;  ///< sequences of batches that were
 
  private:
   void publish(protocol::DefinitionKind kind, const std::string& content);

@@ -49,7 +49,8 @@ class EvaluatorPoolTest : public ::testing::Test {
   std::int64_t job() const {
     std::int64_t job = 0;
     for (const Effect& effect : effects_) {
-      if (const auto* run = std::get_if<RunRollout>(&effect)) job = run->job;
+      const auto* run = std::get_if<RunRollouts>(&effect);
+      if (run) job = run->job + std::ssize(run->requests) - 1;
     }
     return job;
   }
@@ -113,20 +114,13 @@ TEST_F(EvaluatorPoolTest, PutsWorkBackWithItsMishapsUntilTheyAreAnAnswer) {
 
 TEST_F(EvaluatorPoolTest, WorkGivenTogetherIsAnsweredOneByOneAndKeepsItsEvaluatorBusyToTheLast) {
   evaluate(0, {work(1), work(2), work(3)});
-  std::vector<RunRollout> runs;
-  for (const Effect& effect : effects_) {
-    if (const auto* run = std::get_if<RunRollout>(&effect)) runs.push_back(*run);
-  }
-  ASSERT_EQ(runs.size(), 3U);
-  for (int i = 0; i < 3; ++i) {
-    EXPECT_EQ(runs[i].job, runs[0].job + i);
-    EXPECT_EQ(runs[i].request.key.number, i + 1);
-    EXPECT_EQ(runs[i].more, i < 2);
-  }
+  const RunRollouts run = std::get<RunRollouts>(effects_.back());
+  ASSERT_EQ(run.requests.size(), 3U);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(run.requests[i].key.number, i + 1);
   pool_.withdraw(work(2).name);
   for (const std::int64_t i : {2, 1, 2, 3, -1, 0}) {
     EXPECT_EQ(pool_.idle_evaluator(), 1);
-    const auto ends = on(RolloutEvaluated{0, runs[0].job + i, {.5, RolloutStatus::kOk}, 1000});
+    const auto ends = on(RolloutEvaluated{0, run.job + i, {.5, RolloutStatus::kOk}, 1000});
     const bool is_new = i == 0 || i == 2;
     if (!is_new || ends.empty()) {
       EXPECT_TRUE(ends.empty()) << i << ": withdrawn, answered already, or no job of it";
@@ -136,7 +130,24 @@ TEST_F(EvaluatorPoolTest, WorkGivenTogetherIsAnsweredOneByOneAndKeepsItsEvaluato
   }
   EXPECT_EQ(pool_.idle_evaluator(), 0);
   evaluate(0, {work(4)});
-  EXPECT_GT(job(), runs[2].job) << "a job's number is used twice";
+  EXPECT_GT(job(), run.job + 2) << "a job's number is used twice";
+}
+
+TEST_F(EvaluatorPoolTest, WhatIsWithdrawnWhileADefinitionIsLoadedIsNotEvaluated) {
+  evaluate(1, {work(1), work(2), work(3)});
+  pool_.withdraw(work(1).name);
+  pool_.withdraw(work(3).name);
+  for (const DefinitionName& name : {task_, policy_}) {
+    on(DefinitionLoaded{1, name, true, "", {1, 1, 2, 2s}});
+  }
+  const RunRollouts run = std::get<RunRollouts>(effects_.back());
+  ASSERT_EQ(run.requests.size(), 1U);
+  EXPECT_EQ(run.requests[0].key.number, 2);
+  const auto ends = on(RolloutEvaluated{1, run.job, {.5, RolloutStatus::kOk}, 1000});
+  ASSERT_EQ(ends.size(), 1U);
+  EXPECT_EQ(std::get<WorkAnswered>(ends[0]).name, work(2).name);
+  evaluate(0, {work(4)});
+  EXPECT_EQ(pool_.idle_evaluator(), 1) << "what was withdrawn is not waited for";
 }
 
 TEST_F(EvaluatorPoolTest, NothingCountsAgainstWorkWhoseEvaluatorEndsUnderSeveral) {

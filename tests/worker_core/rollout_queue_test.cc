@@ -42,13 +42,13 @@ TEST(RolloutQueueTest, TakesThoseOfOneLearnerTaskAndPolicyTogether) {
     if (number != 5) queue.set_state(name(1, number), RolloutState::kReady);
   }
   add_ready(queue, name(2, 8));
-  EXPECT_EQ(queue.num_ready(), 7U);
+  EXPECT_EQ(queue.in_state(RolloutState::kReady).size(), 7U);
   const auto first = queue.take();
   ASSERT_EQ(first, name(1, 1));
   EXPECT_EQ(queue.take_alike(*first, 1), (std::vector<RolloutName>{name(1, 6)}));
   EXPECT_EQ(queue.take_alike(*first, 9), (std::vector<RolloutName>{name(1, 7)}));
   EXPECT_EQ(queue.take_alike(*first, 9), (std::vector<RolloutName>{}));
-  EXPECT_EQ(queue.num_ready(), 4U);
+  EXPECT_EQ(queue.in_state(RolloutState::kReady).size(), 4U);
   EXPECT_EQ(queue.find(name(1, 6))->state, RolloutState::kRunning);
 }
 

@@ -128,12 +128,29 @@ class Stage {
     step(EvaluatorDied{evaluator, death, code});
   }
 
-  /// Number of the last job the evaluator was given.
+  /// Number of the last roll-out the evaluator was given.
   std::int64_t job(int evaluator) const {
-    return jobs_.at(static_cast<std::size_t>(evaluator)).job;
+    const RunRollouts& last = jobs_.at(static_cast<std::size_t>(evaluator));
+    return last.job + std::ssize(last.requests) - 1;
   }
   const protocol::RolloutRequest& running(int evaluator) const {
-    return jobs_.at(static_cast<std::size_t>(evaluator)).request;
+    return jobs_.at(static_cast<std::size_t>(evaluator)).requests.back();
+  }
+
+  /// What evaluators were given since the last clear(), one by one.
+  struct Run {
+    int evaluator = 0;
+    std::int64_t job = 0;
+    protocol::RolloutRequest request;
+  };
+  std::vector<Run> runs() const {
+    std::vector<Run> runs;
+    for (const RunRollouts& packet : effects<RunRollouts>()) {
+      std::int64_t job = packet.job;
+      for (const auto& request : packet.requests)
+        runs.push_back({packet.evaluator, job++, request});
+    }
+    return runs;
   }
 
   template <class T>
@@ -187,7 +204,7 @@ class Stage {
       give(DefinitionLoaded{load->evaluator, load->name, refusal.empty(),
                             refusal.empty() ? "described" : refusal,
                             is_task ? task_facts : policy_facts});
-    } else if (const auto* run = std::get_if<RunRollout>(&effect)) {
+    } else if (const auto* run = std::get_if<RunRollouts>(&effect)) {
       jobs_.resize(std::max(jobs_.size(), static_cast<std::size_t>(run->evaluator) + 1));
       jobs_[static_cast<std::size_t>(run->evaluator)] = *run;
     } else if (const auto* look = std::get_if<AskCpuTime>(&effect)) {
@@ -197,7 +214,7 @@ class Stage {
 
   WorkerCore core_;
   Effects effects_;
-  std::vector<RunRollout> jobs_;
+  std::vector<RunRollouts> jobs_;
 };
 
 }  // namespace treeroll::worker

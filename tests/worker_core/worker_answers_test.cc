@@ -49,7 +49,7 @@ TEST(WorkerAnswersTest, TakesOnlyWhatIsAskedOfIt) {
   auto other = stage.request(1);
   other.worker_id = kMe + 1;
   stage.ask({other});
-  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage.runs(), IsEmpty());
 }
 
 TEST(WorkerAnswersTest, GathersTheAnswersOfATurnInOneBatch) {
@@ -70,10 +70,10 @@ TEST(WorkerAnswersTest, DoesNotQueueAHeldRolloutTwiceAndAnswersUnderTheLatestAtt
   stage.ask({stage.request(1, 0)});
   stage.ask({stage.request(1, 1)});
   stage.ask({stage.request(1, 1)});
-  EXPECT_THAT(stage.effects<RunRollout>(), SizeIs(1));
+  EXPECT_THAT(stage.runs(), SizeIs(1));
   stage.finish(0);
   EXPECT_EQ(stage.sent<RewardBatch>().back().results.at(0).attempt, 1);
-  EXPECT_THAT(stage.effects<RunRollout>(), SizeIs(1));
+  EXPECT_THAT(stage.runs(), SizeIs(1));
 }
 
 TEST(WorkerAnswersTest, AnswersARepeatedRequestFromItsStore) {
@@ -84,7 +84,7 @@ TEST(WorkerAnswersTest, AnswersARepeatedRequestFromItsStore) {
   stage.acknowledge(1);
   stage.clear();
   stage.ask({stage.request(1, 3)});
-  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage.runs(), IsEmpty());
   ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(1));
   const RewardBatch batch = stage.sent<RewardBatch>()[0];
   EXPECT_EQ(batch.first_index, 2);
@@ -116,7 +116,7 @@ TEST(WorkerAnswersTest, AnOlderQuestionThatWasOvertakenDoesNotReplaceTheNewer) {
   stage.finish(0);
   EXPECT_EQ(stage.sent<RewardBatch>().at(0).results.at(0).content, 11);
   EXPECT_EQ(stage.sent<RewardBatch>().at(0).last_batch, 11);
-  EXPECT_THAT(stage.effects<RunRollout>(), SizeIs(1));
+  EXPECT_THAT(stage.runs(), SizeIs(1));
 }
 
 TEST(WorkerAnswersTest, RepeatsUnacknowledgedAnswersEverMoreSeldom) {
@@ -343,7 +343,7 @@ TEST(WorkerAnswersTest, ADiscardedTrialIsAnAnswerAndItsRepetitionIsSimulated) {
   // The next trial has another seed, and so another content: the store must not answer it.
   stage.clear();
   stage.ask({stage.request(7, 0, 100)});
-  EXPECT_THAT(stage.effects<RunRollout>(), SizeIs(1));
+  EXPECT_THAT(stage.runs(), SizeIs(1));
   stage.finish(0, .5);
   EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().outcome, Outcome::ok(.5));
 }
@@ -474,8 +474,8 @@ TEST(WorkerAnswersTest, GivesUpTheWorkOfALearnerThatIsGoneAndEndsTheEvaluatorsTh
   EXPECT_THAT(held[1].keys, SizeIs(1));
   stage.clear();
   stage.die(0, Death::kForeignSignal);
-  ASSERT_THAT(stage.effects<RunRollout>(), SizeIs(1)) << "its evaluator is started at once";
-  EXPECT_EQ(stage.effects<RunRollout>()[0].request.key.number, 3);
+  ASSERT_THAT(stage.runs(), SizeIs(1)) << "its evaluator is started at once";
+  EXPECT_EQ(stage.runs()[0].request.key.number, 3);
 }
 
 TEST(WorkerAnswersTest, SaysAtOnceThatItHearsALearnerThatStartsOrGreetsIt) {
@@ -505,11 +505,11 @@ TEST(WorkerAnswersTest, DoesNothingThatARecordingOfAForgottenLearnerAsks) {
   stage.pass(61s);
   stage.clear();
   stage.step(MessageReceived{recorded});
-  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage.runs(), IsEmpty());
   EXPECT_THAT(stage.status().held, IsEmpty());
   stage.sequence = 5;
   stage.ask({stage.request(1)});  // the learner itself, back again
-  EXPECT_THAT(stage.effects<RunRollout>(), SizeIs(1));
+  EXPECT_THAT(stage.runs(), SizeIs(1));
 }
 
 TEST(WorkerAnswersTest, ALearnersStatusIsAWordToo) {

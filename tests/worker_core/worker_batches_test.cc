@@ -19,13 +19,10 @@ void allow_several(WorkerSettings& settings) { settings.together_max = 8; }
 /// Numbers of the roll-outs given in a row to each evaluator since the last clear().
 std::vector<std::vector<int>> given(const Stage& stage) {
   std::vector<std::vector<int>> packets;
-  bool more = false;
-  for (const RunRollout& run : stage.effects<RunRollout>()) {
-    if (!more) packets.emplace_back();
-    packets.back().push_back(run.request.key.number);
-    more = run.more;
+  for (const RunRollouts& run : stage.effects<RunRollouts>()) {
+    packets.emplace_back();
+    for (const auto& request : run.requests) packets.back().push_back(request.key.number);
   }
-  EXPECT_FALSE(more) << "a packet that does not end";
   return packets;
 }
 
@@ -61,14 +58,14 @@ TEST_F(WorkerBatchesTest, ShortOnesGoTogetherOnceItIsKnownThatTheyAreShort) {
   answer(stage, 0, stage.job(0), 50us);
   EXPECT_THAT(given(stage), ElementsAre(ElementsAre(2, 3, 4, 5, 6, 7, 8, 9)));
   const std::int64_t last = stage.job(0);
-  for (std::int64_t job = last - 7; job <= last; ++job) answer(stage, 0, job, 300us);
-  EXPECT_EQ(given(stage).back().size(), 4U) << "they take longer of late: a millisecond in all";
+  for (std::int64_t job = last - 7; job <= last; ++job) answer(stage, 0, job, 1200us);
+  EXPECT_EQ(given(stage).back().size(), 4U) << "they take longer of late: four milliseconds in all";
 }
 
 TEST_F(WorkerBatchesTest, LongOnesAndThoseOfATaskThatIsNotRepeatableGoAlone) {
   {
     Stage stage(1, allow_several);
-    learn(stage, 1, 600us);
+    learn(stage, 1, 2100us);
     ask_for(stage, 20);
     EXPECT_THAT(given(stage), ElementsAre(ElementsAre(1)));
   }
@@ -83,11 +80,22 @@ TEST_F(WorkerBatchesTest, NoEvaluatorIdlesBesideOneThatHasSeveral) {
   Stage stage(2, allow_several);
   learn(stage, 1, 1us);
   ask_for(stage, 12);
-  EXPECT_THAT(given(stage), ElementsAre(ElementsAre(1, 2, 3, 4, 5, 6), ElementsAre(7, 8, 9)))
-      << "a half, and a half of what is left";
+  EXPECT_THAT(given(stage), ElementsAre(ElementsAre(1, 2, 3), ElementsAre(4, 5, 6)))
+      << "half of the six that are each one's share";
   stage.clear();
   ask_for(stage, 3);
   EXPECT_THAT(given(stage), IsEmpty());
+  const std::int64_t last = stage.job(0);
+  for (std::int64_t job = last - 2; job <= last; ++job) answer(stage, 0, job, 1us);
+  EXPECT_THAT(given(stage), ElementsAre(ElementsAre(7, 8))) << "of the nine that are left";
+}
+
+TEST_F(WorkerBatchesTest, FewGoOneByOneSoThatEveryEvaluatorHasOne) {
+  Stage stage(4, allow_several);
+  learn(stage, 1, 1us);
+  ask_for(stage, 15);
+  EXPECT_THAT(given(stage),
+              ElementsAre(ElementsAre(1), ElementsAre(2), ElementsAre(3), ElementsAre(4)));
 }
 
 TEST_F(WorkerBatchesTest, ThetasOfManyNumbersGoAlone) {
@@ -109,10 +117,10 @@ TEST_F(WorkerBatchesTest, ThetasOfManyNumbersGoAlone) {
 TEST_F(WorkerBatchesTest, WhoCrashesAmongSeveralIsFoundAloneAndNobodyElseIsStruck) {
   Stage stage(1, allow_several);
   learn(stage, 1, 50us);
-  ask_for(stage, 6);
+  ask_for(stage, 12);
   std::map<int, int> deaths;
   int rounds = 0;
-  for (; rounds < 100 && stage.status().num_evaluated < 7; ++rounds) {
+  for (; rounds < 100 && stage.status().num_evaluated < 13; ++rounds) {
     const std::vector<int> packet = given(stage).back();
     if (std::find(packet.begin(), packet.end(), 4) != packet.end()) {
       for (const int number : packet) ++deaths[number];
@@ -132,7 +140,7 @@ TEST_F(WorkerBatchesTest, WhoCrashesAmongSeveralIsFoundAloneAndNobodyElseIsStruc
       statuses[result.key.number] = result.outcome.status();
     }
   }
-  for (int number = 1; number <= 6; ++number) {
+  for (int number = 1; number <= 12; ++number) {
     ASSERT_TRUE(statuses.contains(number)) << number;
     EXPECT_EQ(statuses[number], number == 4 ? RolloutStatus::kCrashed : RolloutStatus::kOk);
   }

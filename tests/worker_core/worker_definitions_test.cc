@@ -13,15 +13,20 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-TEST(WorkerDefinitionsTest, ReportsWhatAnEvaluatorSaysOfADefinition) {
+TEST(WorkerDefinitionsTest, ReportsWhatAnEvaluatorSaysOfATaskAndOfAPolicyOnlyBadNews) {
   Stage stage;
   stage.define();
   const auto reports = stage.sent<DefinitionReport>();
-  ASSERT_THAT(reports, SizeIs(2));
+  ASSERT_THAT(reports, SizeIs(1));
   EXPECT_EQ(reports[0].definition_id, content_hash(kTask));
   EXPECT_EQ(reports[0].learner_id, kLearner);
   EXPECT_TRUE(reports[0].accepted);
   EXPECT_EQ(reports[0].text, "described");
+  stage.clear();
+  stage.refusal = "cannot be read";
+  stage.step(policy("another policy"));
+  ASSERT_THAT(stage.sent<DefinitionReport>(), SizeIs(1));
+  EXPECT_FALSE(stage.sent<DefinitionReport>()[0].accepted);
 }
 
 TEST(WorkerDefinitionsTest, ReportsAKnownDefinitionAgainWithoutLoadingItAgain) {
@@ -30,7 +35,7 @@ TEST(WorkerDefinitionsTest, ReportsAKnownDefinitionAgainWithoutLoadingItAgain) {
   stage.clear();
   stage.define(2);
   EXPECT_THAT(stage.effects<LoadDefinition>(), IsEmpty());
-  ASSERT_THAT(stage.sent<DefinitionReport>(), SizeIs(2));
+  ASSERT_THAT(stage.sent<DefinitionReport>(), SizeIs(1));
   EXPECT_EQ(stage.sent<DefinitionReport>()[0].learner_id, 2);
 }
 
@@ -107,7 +112,7 @@ TEST(WorkerDefinitionsTest, RefusesAPolicyWithOtherDimensionsThanItsTask) {
   EXPECT_EQ(stage.sent<DefinitionReport>()[0].definition_id, content_hash(kPolicy));
   EXPECT_EQ(stage.sent<DefinitionReport>()[0].text,
             "the policy has 1 inputs and 2 outputs, the task takes 1 and 1");
-  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage.runs(), IsEmpty());
 }
 
 TEST(WorkerDefinitionsTest, ARefusalStandsWhereBothAreReportedInOneTurn) {
@@ -130,7 +135,7 @@ TEST(WorkerDefinitionsTest, RefusesAThetaOfAnotherSize) {
   request.theta = {1, 2, 3};
   stage.ask({request});
   EXPECT_THAT(stage.sent<DefinitionReport>().at(0).text, HasSubstr("theta of 2 numbers"));
-  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage.runs(), IsEmpty());
 }
 
 TEST(WorkerDefinitionsTest, RefusesADefinitionThatEndsThreeEvaluators) {

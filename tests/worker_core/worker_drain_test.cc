@@ -33,7 +33,7 @@ TEST(WorkerDrainTest, FinishesWhatRunsDropsWhatWaitsAndTakesNoMore) {
   stage.ask({stage.request(4)});
   stage.finish(0);
   stage.finish(1);
-  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage.runs(), IsEmpty());
   EXPECT_THAT(stage.sent<RewardBatch>(), SizeIs(2));
   EXPECT_THAT(stage.effects<Exit>(), IsEmpty()) << "until its answers are acknowledged";
   stage.acknowledge(2);
@@ -109,6 +109,22 @@ TEST(WorkerDrainTest, LeavesAtOnceWhenAskedTwiceAndDoesNothingAfterwards) {
   EXPECT_TRUE(std::holds_alternative<Exit>(stage.all_effects().back()));
   stage.pass(100s);
   EXPECT_TRUE(std::holds_alternative<Exit>(stage.all_effects().back()));
+}
+
+TEST(WorkerDrainTest, LeavesByItselfAfterItHasHeldNothingForAsLongAsItIsTold) {
+  Stage stage(1, [](WorkerSettings& settings) { settings.idle_max = 30s; });
+  stage.define();
+  stage.pass_heard(20s);
+  stage.ask({stage.request(1)});
+  stage.pass_heard(100s);  // a long one
+  stage.finish(0);
+  stage.acknowledge(1);
+  stage.pass_heard(29s);
+  EXPECT_THAT(stage.effects<Exit>(), IsEmpty());
+  stage.pass(2s);
+  ASSERT_THAT(stage.effects<Exit>(), SizeIs(1));
+  EXPECT_EQ(stage.effects<Exit>()[0].status, 0);
+  EXPECT_TRUE(stage.sent<WorkerStatus>().back().draining);
 }
 
 }  // namespace

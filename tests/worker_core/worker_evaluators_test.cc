@@ -23,11 +23,11 @@ TEST(WorkerEvaluatorsTest, StartsThemAllAndGivesNothingToOneThatIsNotReady) {
   stage.die(0, Death::kForeignSignal);
   stage.die(1, Death::kForeignSignal);
   stage.ask({stage.request(1), stage.request(2)});
-  ASSERT_THAT(stage.effects<RunRollout>(), SizeIs(1));
-  EXPECT_EQ(stage.effects<RunRollout>()[0].evaluator, 2);
+  ASSERT_THAT(stage.runs(), SizeIs(1));
+  EXPECT_EQ(stage.runs()[0].evaluator, 2);
   stage.step(EvaluatorReady{0});
-  ASSERT_THAT(stage.effects<RunRollout>(), SizeIs(2));
-  EXPECT_EQ(stage.effects<RunRollout>()[1].evaluator, 0);
+  ASSERT_THAT(stage.runs(), SizeIs(2));
+  EXPECT_EQ(stage.runs()[1].evaluator, 0);
 }
 
 TEST(WorkerEvaluatorsTest, ARolloutThatCrashesThreeOfThemIsAnsweredAsCrashed) {
@@ -247,7 +247,7 @@ TEST(WorkerEvaluatorsTest, OneThatCannotLoadWhatAnotherCouldIsReplacedAndTheRoll
   Stage stage(2);
   stage.define();
   stage.ask({stage.request(1)});
-  const int able = stage.effects<RunRollout>().back().evaluator;
+  const int able = stage.runs().back().evaluator;
   stage.clear();
   stage.refusal = "no memory";
   stage.ask({stage.request(2)});
@@ -258,8 +258,8 @@ TEST(WorkerEvaluatorsTest, OneThatCannotLoadWhatAnotherCouldIsReplacedAndTheRoll
   stage.die(unable, Death::kForeignSignal, 9);
   stage.finish(able);
   stage.pass(1s);
-  EXPECT_EQ(stage.effects<RunRollout>().back().request.key.number, 2);
-  stage.finish(stage.effects<RunRollout>().back().evaluator, .25);
+  EXPECT_EQ(stage.runs().back().request.key.number, 2);
+  stage.finish(stage.runs().back().evaluator, .25);
   EXPECT_EQ(last_result(stage).outcome.status(), RolloutStatus::kOk);
   EXPECT_EQ(last_result(stage).outcome.reward(), .25);
   EXPECT_EQ(stage.status().num_failed, 0);

@@ -73,10 +73,14 @@ TEST(WorkerPiecesTest, AskingKeepsToAFrameHoweverMuchIsMissing) {
 
 TEST(WorkerPiecesTest, SaysOnceThatItKnowsADefinitionThatComesAgain) {
   Stage stage;
-  for (int index = 0; index < 6; ++index) stage.step(piece(kLongPolicy, index));
+  const auto task_piece = [](int index) {
+    return MessageReceived{
+        protocol::definition_piece(kLearner, task_name(kLongPolicy), kLongPolicy, index)};
+  };
+  for (int index = 0; index < 6; ++index) stage.step(task_piece(index));
   EXPECT_THAT(stage.sent<DefinitionReport>(), SizeIs(1));
   stage.clear();
-  for (int index = 0; index < 6; ++index) stage.step(piece(kLongPolicy, index));
+  for (int index = 0; index < 6; ++index) stage.step(task_piece(index));
   EXPECT_THAT(stage.sent<DefinitionReport>(), SizeIs(1));
   EXPECT_THAT(stage.effects<LoadDefinition>(), IsEmpty());
 }
@@ -89,7 +93,7 @@ TEST(WorkerPiecesTest, AForgedPieceCostsOneMoreRound) {
   forged.bytes[0] = 'q';
   stage.step(MessageReceived{forged});
   for (int index = 1; index < 6; ++index) stage.step(piece(kLongPolicy, index));
-  EXPECT_THAT(stage.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage.runs(), IsEmpty());
   EXPECT_EQ(stage.status().num_rejected, 1);
   stage.clear();
   stage.pass(50ms);
@@ -124,7 +128,7 @@ class WorkerThetaTest : public ::testing::Test {
 
 TEST_F(WorkerThetaTest, ARolloutWaitsForAThetaThatComesInPieces) {
   stage_.ask({request(1), request(2)});
-  EXPECT_THAT(stage_.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage_.runs(), IsEmpty());
   const DefinitionName name{DefinitionKind::kTheta, content_hash(content_)};
   EXPECT_THAT(stage_.sent<DefinitionRequest>().at(0).definitions,
               ElementsAre(WantedDefinition{name, {}}));
@@ -141,7 +145,7 @@ TEST_F(WorkerThetaTest, ARolloutWaitsForAThetaThatComesInPieces) {
 TEST_F(WorkerThetaTest, OfOthersRolloutsIsNotKept) {
   for (int index = 0; index < 3; ++index) stage_.step(theta_piece(index));
   stage_.ask({request(1)});
-  EXPECT_THAT(stage_.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage_.runs(), IsEmpty());
   EXPECT_THAT(stage_.sent<DefinitionRequest>().at(0).definitions.at(0).pieces, IsEmpty());
 }
 
@@ -162,7 +166,7 @@ TEST_F(WorkerThetaTest, OfNoNumbersIsRefusedWithItsRollouts) {
   content_ = protocol::content_of_theta(theta_);
   stage_.ask({request(1)});
   for (int index = 0; index < 3; ++index) stage_.step(theta_piece(index));
-  EXPECT_THAT(stage_.effects<RunRollout>(), IsEmpty());
+  EXPECT_THAT(stage_.runs(), IsEmpty());
   EXPECT_EQ(stage_.status().num_rejected, 1);
   EXPECT_THAT(stage_.status().held.at(0).keys, IsEmpty());
 }

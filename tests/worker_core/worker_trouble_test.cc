@@ -84,7 +84,7 @@ TEST(WorkerTroubleTest, EvaluatorsThatLoadAndAreKilledAtTheirRolloutCountAsTroub
   stage.define();
   stage.ask({stage.request(1)});
   stage.die(0, Death::kForeignSignal);
-  EXPECT_EQ(stage.effects<RunRollout>().size(), 2U) << "once is an accident";
+  EXPECT_EQ(stage.runs().size(), 2U) << "once is an accident";
   stage.die(0, Death::kForeignSignal);
   EXPECT_THAT(held(stage.status()), IsEmpty());
   EXPECT_EQ(stage.status().num_failed, 0);
@@ -122,7 +122,7 @@ TEST(WorkerTroubleTest, GivesUpARolloutUnderWhichThreeHaveBeenKilledAndKeepsTheO
   ASSERT_EQ(stage.running(0).key.number, 1);
   for (int i = 0; i < 3; ++i) {
     EXPECT_THAT(held(stage.status()), SizeIs(2));
-    const RunRollout last = stage.effects<RunRollout>().front();
+    const Stage::Run last = stage.runs().front();
     ASSERT_EQ(last.request.key.number, 1);
     stage.clear();
     stage.die(last.evaluator, Death::kForeignSignal);
@@ -132,7 +132,7 @@ TEST(WorkerTroubleTest, GivesUpARolloutUnderWhichThreeHaveBeenKilledAndKeepsTheO
   EXPECT_EQ(stage.sent<WorkerStatus>()[0].num_failed, 0);
   // Nobody else has it evaluated: it comes again, and counts anew.
   stage.ask({stage.request(1, 1)});
-  stage.finish(stage.effects<RunRollout>().back().evaluator, .75);
+  stage.finish(stage.runs().back().evaluator, .75);
   EXPECT_EQ(stage.sent<RewardBatch>().back().results.back().outcome.reward(), .75);
 }
 

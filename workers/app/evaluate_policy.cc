@@ -10,11 +10,12 @@
 #include "common/base/settings_reader.h"
 #include "common/policy/kinds/standard_policies.h"
 #include "workers/app/checked_evaluation.h"
+#include "workers/app/evaluated_task.h"
 #include "workers/app/json_answer.h"
 #include "workers/app/json_request.h"
 #include "workers/app/process_limits.h"
-#include "workers/app/task_content.h"
 #include "workers/tasks/trace.h"
+#include "workers/user_program/user_program.h"
 
 namespace treeroll::worker {
 namespace {
@@ -46,8 +47,9 @@ Request read_request() {
   json resolved;
   SettingsReader reader(value, "request", resolved);
   request.policy = reader.string("policy");
-  request.seed = static_cast<std::uint64_t>(
-      reader.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
+  request.seed =
+      static_cast<std::uint64_t>(reader.integer("seed", std::numeric_limits<std::int64_t>::min(),
+                                                std::numeric_limits<std::int64_t>::max(), 0));
   request.trace = reader.boolean("trace", false);
   reader.finish();
   return request;
@@ -88,22 +90,31 @@ json to_json(const Trace& trace) {
           {"poses", std::move(poses)}};
 }
 
+/// A signal that ends the user's program ends this one, which tells the caller.
+Outcome evaluate(EvaluatedTask& task, const Trial& trial, Trace* trace) {
+  try {
+    return task.evaluate(trial, trace);
+  } catch (const ProgramEnded& ended) {
+    if (!ended.end.exited) end_likewise(false, ended.end.code);
+    return Outcome::failed(RolloutStatus::kCrashed, bounded(ended.what, kOutcomeReasonBytesMax));
+  }
+}
+
 }  // namespace
 
-int evaluate_policy(const TaskRegistry& registry) {
+int evaluate_policy(TaskSource& tasks) {
   const JsonAnswer answer;
   try {
     const Request request = read_request();
     json resolved;
-    const std::unique_ptr<Task> task = make_task(registry, request.task, resolved);
-    const TaskDescription description = task->description();
-    const std::unique_ptr<Controller> controller =
-        read_policy(request.policy, description)->controller();
+    const std::unique_ptr<EvaluatedTask> task = tasks.make(request.task, resolved);
+    const TaskDescription& description = task->description();
+    const PolicyPtr policy = read_policy(request.policy, description);
     turn_off_core_dumps();
-    limit_cpu_time(description.time_limit_s);
+    tasks.limit_cpu_time(description.time_limit_s);
     Trace trace;
-    const Outcome outcome = evaluate_checked(*task, description, *controller, request.seed,
-                                             request.trace ? &trace : nullptr);
+    const Outcome outcome =
+        evaluate(*task, {.policy = policy, .seed = request.seed}, request.trace ? &trace : nullptr);
     if (!trace.is_complete()) {
       throw ConfigError("trace", "",
                         fmt::format("the roll-out has more than {} numbers to record; take longer "
@@ -115,10 +126,13 @@ int evaluate_policy(const TaskRegistry& registry) {
                {{"reward", outcome.reward()},
                 {"status", name(outcome.status())},
                 {"reason", outcome.reason()}}}};
+    if (!task->terms().empty()) said["evaluation"]["terms"] = task->terms();
     if (request.trace) said["trace"] = to_json(trace);
     return answer.give(said);
   } catch (const ConfigError& error) {
     return answer.refuse(error);
+  } catch (const ProgramEnded& ended) {
+    return answer.refuse(ConfigError("--evaluator", "", "must take a task: " + ended.what));
   }
 }
 

@@ -1,17 +1,16 @@
 #pragma once
 
-namespace treeroll {
-class TaskRegistry;
-}
-
 namespace treeroll::worker {
+
+class TaskSource;
 
 /// Evaluates one policy in this process, off the bus: what treeroll-evaluate asks of a worker
 /// executable. Reads a request from standard input and prints the answer:
 ///
 ///   {"task": {"name": "swing_up", "settings": {}}, "policy": TEXT, "seed": 0, "trace": true}
-///   {"description": {...}, "evaluation": {"reward": .98, "status": "ok", "reason": ""},
-///    "trace": {"columns": [NAME, ...], "numbers": [row after row], "policy_inputs": [NAME, ...],
+///   {"description": {...}, "evaluation": {"reward": .98, "status": "ok", "reason": "",
+///    "terms": {NAME: number, ...}}, "trace": {"columns": [NAME, ...], "numbers": [row after row],
+///    "policy_inputs": [NAME, ...],
 ///              "policy_outputs": [NAME, ...], "poses": [[[x, y, x, y, ...], ...], ...]}}
 ///   {"error": {"key": "policy", "value": "", "rule": "..."}}
 ///
@@ -19,6 +18,6 @@ namespace treeroll::worker {
 /// answer has a trace only if it was asked for. A number that is not finite is null. The process
 /// ends by SIGXCPU when the evaluation has taken the task's time limit, rounded up to seconds.
 /// @return  exit status: 0, 2 for a bad request, 1 if the answer could not be written
-int evaluate_policy(const TaskRegistry& registry);
+int evaluate_policy(TaskSource& tasks);
 
 }  // namespace treeroll::worker

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <utility>
 
 #include "common/base/cut_text.h"
@@ -15,25 +16,16 @@
 #include "workers/app/checked_evaluation.h"
 #include "workers/app/definition_facts.h"
 #include "workers/app/process_limits.h"
-#include "workers/app/task_content.h"
 
 namespace treeroll::worker {
 namespace {
 
 using nlohmann::json;
 
-/// Precondition: theta has the policy's size.
-std::unique_ptr<Controller> controller_of(const Policy& policy, const std::vector<double>& theta) {
-  return policy
-      .with(
-          Eigen::Map<const Eigen::VectorXd>(theta.data(), static_cast<Eigen::Index>(theta.size())))
-      ->controller();
-}
-
 }  // namespace
 
-Evaluator::Evaluator(const TaskRegistry& registry, PolicyRegistry kinds)
-    : registry_(&registry), kinds_(std::move(kinds)) {}
+Evaluator::Evaluator(TaskSource& tasks, PolicyRegistry kinds)
+    : source_(&tasks), kinds_(std::move(kinds)) {}
 
 std::optional<protocol::DefinitionReport> Evaluator::define(const DefinitionContent& definition) {
   const auto& [name, content] = definition;
@@ -55,10 +47,10 @@ std::optional<protocol::DefinitionReport> Evaluator::define(const DefinitionCont
 
 std::string Evaluator::load_task(const ContentHash& id, const std::string& content) {
   json resolved;
-  std::unique_ptr<Task> task = make_task(*registry_, content, resolved);
-  const TaskDescription description = task->description();
-  tasks_.emplace(id, LoadedTask{std::move(task), description});
-  return to_json(description).dump();
+  std::unique_ptr<EvaluatedTask> task = source_->make(content, resolved);
+  const std::string description = to_json(task->description()).dump();
+  tasks_.emplace(id, std::move(task));
+  return description;
 }
 
 std::string Evaluator::load_policy(const ContentHash& id, const std::string& content) {
@@ -67,19 +59,26 @@ std::string Evaluator::load_policy(const ContentHash& id, const std::string& con
   return facts_text(*policies_.emplace(id, *std::move(policy)).first->second);
 }
 
+/// Throws std::exception where there is no such policy.
+Trial Evaluator::trial_of(const protocol::RolloutRequest& request) const {
+  const auto policy = policies_.find(request.policy_id);
+  if (policy == policies_.end() || !tasks_.contains(request.task_id)) {
+    throw std::runtime_error("it names a definition this evaluator does not have");
+  }
+  if (policy->second->theta_dim() != std::ssize(request.theta)) {
+    throw std::runtime_error("theta has another size");
+  }
+  const Eigen::Map<const Eigen::VectorXd> theta(request.theta.data(), std::ssize(request.theta));
+  return {.policy = policy->second->with(theta),
+          .seed = static_cast<std::uint64_t>(request.task_seed),
+          .run = request.key.run,
+          .rollout = request.key.number};
+}
+
 Outcome Evaluator::evaluate(const protocol::RolloutRequest& request) {
   try {
-    const auto found_task = tasks_.find(request.task_id);
-    const auto found_policy = policies_.find(request.policy_id);
-    if (found_task == tasks_.end() || found_policy == policies_.end()) {
-      return failed("it names a definition this evaluator does not have");
-    }
-    LoadedTask& loaded = found_task->second;
-    const Policy& policy = *found_policy->second;
-    if (policy.theta_dim() != std::ssize(request.theta)) return failed("theta has another size");
-    const std::unique_ptr<Controller> controller = controller_of(policy, request.theta);
-    return evaluate_checked(*loaded.task, loaded.description, *controller,
-                            static_cast<std::uint64_t>(request.task_seed), nullptr);
+    const Trial trial = trial_of(request);
+    return tasks_.at(request.task_id)->evaluate(trial, nullptr);
   } catch (const std::bad_alloc&) {
     throw;  // a want of this host, not of the roll-out: the process ends, and another tries
   } catch (const std::exception& error) {
@@ -92,24 +91,19 @@ std::optional<std::vector<Outcome>> Evaluator::evaluate_side_by_side(
     std::span<const protocol::RolloutRequest> requests) {
   if (requests.size() < 2) return std::nullopt;
   const auto task = tasks_.find(requests[0].task_id);
-  if (task == tasks_.end() || !task->second.task->side_by_side()) return std::nullopt;
-  std::vector<std::unique_ptr<Controller>> controllers;
-  std::vector<Task::Evaluation> evaluations;
-  for (const protocol::RolloutRequest& request : requests) {
-    const auto policy = policies_.find(request.policy_id);
-    const bool fits = request.task_id == task->first && policy != policies_.end() &&
-                      policy->second->theta_dim() == std::ssize(request.theta);
-    if (!fits) return std::nullopt;
-    try {
-      controllers.push_back(controller_of(*policy->second, request.theta));
-    } catch (const std::bad_alloc&) {
-      throw;
-    } catch (const std::exception&) {
-      return std::nullopt;
+  if (task == tasks_.end() || !task->second->side_by_side()) return std::nullopt;
+  try {
+    std::vector<Trial> trials;
+    for (const protocol::RolloutRequest& request : requests) {
+      if (request.task_id != task->first) return std::nullopt;
+      trials.push_back(trial_of(request));
     }
-    evaluations.push_back({*controllers.back(), static_cast<std::uint64_t>(request.task_seed)});
+    return task->second->evaluate_all(trials);
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception&) {
+    return std::nullopt;
   }
-  return evaluate_all_checked(*task->second.task, task->second.description, evaluations);
 }
 
 protocol::RewardBatch Evaluator::answer(const protocol::RolloutBatch& batch) {
@@ -139,18 +133,22 @@ protocol::RewardBatch Evaluator::answer(const protocol::RolloutBatch& batch) {
   return answer;
 }
 
-int run_evaluator(const TaskRegistry& registry, int socket, int parent_pid) {
+bool become_evaluator(int parent_pid) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent_pid) return 1;  // it ended before the line above
+  if (getppid() != parent_pid) return false;  // it ended before the line above
   turn_off_core_dumps();
   // A terminal's Ctrl-C and a service manager's stop reach the whole group; the daemon drains.
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
+  return true;
+}
 
-  Evaluator evaluator(registry);
+int run_evaluator(TaskSource& tasks, int socket) {
+  Evaluator evaluator(tasks);
   protocol::WorkerStatus ready;
   ready.pid = getpid();
   if (send_packet(socket, ready, true) != SendOutcome::kSent) return 1;
   for (;;) {
+    tasks.attend(socket);
     const Received received = receive_packet(socket, true);
     if (received.closed) return 0;
     if (received.malformed) return 1;

@@ -9,8 +9,8 @@
 
 #include "common/policy/kinds/standard_policies.h"
 #include "common/protocol/messages.h"
+#include "workers/app/evaluated_task.h"
 #include "workers/app/packet.h"
-#include "workers/tasks/task.h"
 
 namespace treeroll::worker {
 
@@ -18,8 +18,8 @@ namespace treeroll::worker {
 /// definitions it is given until it is told to forget them: the daemon bounds them.
 class Evaluator {
  public:
-  /// @param registry  must outlive the evaluator
-  explicit Evaluator(const TaskRegistry& registry, PolicyRegistry kinds = standard_policies());
+  /// @param tasks  must outlive the evaluator
+  explicit Evaluator(TaskSource& tasks, PolicyRegistry kinds = standard_policies());
 
   /// Builds it; the report says what came of it. Forgets it if the content is empty: no report.
   std::optional<protocol::DefinitionReport> define(const DefinitionContent& definition);
@@ -29,26 +29,26 @@ class Evaluator {
   protocol::RewardBatch answer(const protocol::RolloutBatch& batch);
 
  private:
-  struct LoadedTask {
-    std::unique_ptr<Task> task;
-    TaskDescription description;
-  };
-
   std::string load_task(const ContentHash& id, const std::string& content);
   std::string load_policy(const ContentHash& id, const std::string& content);
+  Trial trial_of(const protocol::RolloutRequest& request) const;
   Outcome evaluate(const protocol::RolloutRequest& request);
   std::optional<std::vector<Outcome>> evaluate_side_by_side(
       std::span<const protocol::RolloutRequest> requests);
 
-  const TaskRegistry* registry_;
+  TaskSource* source_;
   PolicyRegistry kinds_;
-  std::map<ContentHash, LoadedTask> tasks_;
+  std::map<ContentHash, std::unique_ptr<EvaluatedTask>> tasks_;
   std::map<ContentHash, PolicyPtr> policies_;
 };
 
+/// Makes this process an evaluator: it ends with its daemon, and what the terminal sends is not for
+/// it.
+/// @return  false if the daemon has ended already
+bool become_evaluator(int parent_pid);
+
 /// Body of an evaluator process: handles the packets on `socket` until the daemon is gone.
-/// @param parent_pid  of the daemon; if that has ended already, so does this
-/// @return            exit status
-int run_evaluator(const TaskRegistry& registry, int socket, int parent_pid);
+/// @return  exit status
+int run_evaluator(TaskSource& tasks, int socket);
 
 }  // namespace treeroll::worker

@@ -3,7 +3,6 @@
 #include <spawn.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <array>
@@ -12,6 +11,9 @@
 #include <cstring>
 #include <string>
 #include <utility>
+#include <vector>
+
+#include "workers/app/family_time.h"
 
 namespace treeroll::worker {
 namespace {
@@ -42,7 +44,7 @@ Error failure(const char* what, int number) {
   return {std::string("cannot start an evaluator: ") + what + ": " + std::strerror(number)};
 }
 
-int spawn(int socket, pid_t& pid) {
+int spawn(int socket, const EvaluatorSettings& settings, pid_t& pid) {
   SpawnOptions options;
   // dup2 clears close-on-exec, even onto itself.
   posix_spawn_file_actions_adddup2(&options.actions, socket, kEvaluatorSocket);
@@ -52,19 +54,26 @@ int spawn(int socket, pid_t& pid) {
   sigfillset(&all);
   posix_spawnattr_setsigmask(&options.attributes, &none);
   posix_spawnattr_setsigdefault(&options.attributes, &all);
-  posix_spawnattr_setflags(&options.attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  posix_spawnattr_setpgroup(&options.attributes, 0);
+  const short flags = POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF;
+  const short group = settings.program.empty() ? 0 : POSIX_SPAWN_SETPGROUP;
+  posix_spawnattr_setflags(&options.attributes, static_cast<short>(flags | group));
 
-  std::string program = "treeroll-worker";
-  std::string evaluator = "--evaluator=" + std::to_string(kEvaluatorSocket);
-  std::string parent = "--parent=" + std::to_string(getpid());
-  const std::array<char*, 4> arguments{program.data(), evaluator.data(), parent.data(), nullptr};
+  std::vector<std::string> words{"treeroll-worker",
+                                 "--evaluator-socket=" + std::to_string(kEvaluatorSocket),
+                                 "--parent=" + std::to_string(getpid()),
+                                 "--memory-limit-mb=" + std::to_string(settings.memory_mb_max)};
+  if (!settings.program.empty()) words.push_back("--evaluator=" + settings.program);
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
   return posix_spawn(&pid, "/proc/self/exe", &options.actions, &options.attributes,
                      arguments.data(), environ);
 }
 
 }  // namespace
 
-Result<EvaluatorProcess> EvaluatorProcess::start() {
+Result<EvaluatorProcess> EvaluatorProcess::start(const EvaluatorSettings& settings) {
   std::array<int, 2> sockets{};
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, sockets.data()) != 0) {
     return failure("socketpair", errno);
@@ -73,23 +82,25 @@ Result<EvaluatorProcess> EvaluatorProcess::start() {
     setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &kSocketBytes, sizeof kSocketBytes);
   }
   pid_t pid = -1;
-  const int error = spawn(sockets[1], pid);
+  const int error = spawn(sockets[1], settings, pid);
   close(sockets[1]);
   if (error != 0) {
     close(sockets[0]);
     return failure("posix_spawn", error);
   }
-  return EvaluatorProcess(pid, sockets[0]);
+  return EvaluatorProcess(pid, sockets[0], !settings.program.empty());
 }
 
 EvaluatorProcess::EvaluatorProcess(EvaluatorProcess&& other) noexcept
     : pid_(std::exchange(other.pid_, -1)),
       socket_(std::exchange(other.socket_, -1)),
+      has_program_(other.has_program_),
       cpu_time_before_(other.cpu_time_before_) {}
 
 EvaluatorProcess& EvaluatorProcess::operator=(EvaluatorProcess&& other) noexcept {
   std::swap(pid_, other.pid_);
   std::swap(socket_, other.socket_);
+  std::swap(has_program_, other.has_program_);
   std::swap(cpu_time_before_, other.cpu_time_before_);
   return *this;
 }
@@ -103,12 +114,22 @@ EvaluatorProcess::~EvaluatorProcess() {
 }
 
 void EvaluatorProcess::kill() const {
-  if (pid_ > 0) ::kill(pid_, SIGKILL);
+  if (pid_ <= 0) return;
+  ::kill(pid_, SIGKILL);
+  if (has_program_) ::kill(-pid_, SIGKILL);
 }
 
 std::optional<ChildEnd> EvaluatorProcess::collect() {
   int status = 0;
-  if (pid_ < 0 || waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
+  siginfo_t ended{};
+  // What a program has started goes with it, while the group's number cannot be another's yet.
+  const bool has_ended =
+      pid_ > 0 &&
+      waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+      ended.si_pid == pid_;
+  if (!has_ended) return std::nullopt;
+  if (has_program_) ::kill(-pid_, SIGKILL);
+  if (waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
   pid_ = -1;
   if (WIFEXITED(status)) return ChildEnd{true, WEXITSTATUS(status)};
   return ChildEnd{false, WTERMSIG(status)};
@@ -121,12 +142,8 @@ Duration EvaluatorProcess::cpu_time() const {
 }
 
 Duration EvaluatorProcess::total_cpu_time() const {
-  clockid_t clock = 0;
-  timespec time{};
-  if (pid_ < 0 || clock_getcpuclockid(pid_, &clock) != 0 || clock_gettime(clock, &time) != 0) {
-    return cpu_time_before_;
-  }
-  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+  if (pid_ < 0) return cpu_time_before_;
+  return has_program_ ? cpu_time_of_family(pid_) : cpu_time_of(pid_).value_or(cpu_time_before_);
 }
 
 }  // namespace treeroll::worker

@@ -1,7 +1,6 @@
 #include "workers/app/host_facts.h"
 
 #include <gnu/libc-version.h>
-#include <sys/random.h>
 #include <sys/utsname.h>
 
 #include "common/base/check.h"
@@ -19,14 +18,6 @@ std::string numeric_class() {
 #endif
   return text + " glibc " + gnu_get_libc_version() + " elementary " +
          std::to_string(elementary::kVersion);
-}
-
-std::int64_t random_id() {
-  std::uint64_t bits = 0;
-  while (bits >> 1U == 0) {
-    CHECK(getrandom(&bits, sizeof bits, 0) == sizeof bits, "no random numbers");
-  }
-  return static_cast<std::int64_t>(bits >> 1U);
 }
 
 }  // namespace treeroll::worker

@@ -8,9 +8,11 @@
 #include "common/base/config_error.h"
 #include "common/base/json_text.h"
 #include "common/base/task_agreement.h"
+#include "workers/app/evaluated_task.h"
 #include "workers/app/floating_point.h"
 #include "workers/app/json_answer.h"
 #include "workers/app/json_request.h"
+#include "workers/user_program/user_program.h"
 
 namespace treeroll::worker {
 namespace {
@@ -62,17 +64,16 @@ json parse(const std::string& content) {
 
 }  // namespace
 
-std::unique_ptr<Task> make_task(const TaskRegistry& registry, const std::string& content,
-                                json& resolved) {
+TaskDescription resolve_task(const std::string& content, json& resolved,
+                             const Describer& describe) {
   const json value = parse(content);
   const auto name = value["name"].get<std::string>();
   const StandardFloatingPoint standard;
   try {
-    std::unique_ptr<Task> task = registry.make(name, value["settings"], resolved);
-    const TaskDescription description = task->description();
+    const TaskDescription description = describe(name, value["settings"], resolved);
     check(description, name);
     check_agreement(value, resolved, description);
-    return task;
+    return description;
   } catch (const ConfigError&) {
     throw;
   } catch (const std::exception& error) {
@@ -81,15 +82,27 @@ std::unique_ptr<Task> make_task(const TaskRegistry& registry, const std::string&
   }
 }
 
-int describe_task(const TaskRegistry& registry) {
+std::unique_ptr<Task> make_task(const TaskRegistry& registry, const std::string& content,
+                                json& resolved) {
+  std::unique_ptr<Task> task;
+  resolve_task(content, resolved, [&](const std::string& name, const json& settings, json& found) {
+    task = registry.make(name, settings, found);
+    return task->description();
+  });
+  return task;
+}
+
+int describe_task(TaskSource& tasks) {
   const JsonAnswer answer;
   try {
     json resolved;
-    const std::unique_ptr<Task> task =
-        make_task(registry, read_standard_input("task", kInputBytesMax), resolved);
+    const std::unique_ptr<EvaluatedTask> task =
+        tasks.make(read_standard_input("task", kInputBytesMax), resolved);
     return answer.give({{"description", to_json(task->description())}, {"settings", resolved}});
   } catch (const ConfigError& error) {
     return answer.refuse(error);
+  } catch (const ProgramEnded& ended) {
+    return answer.refuse(ConfigError("--evaluator", "", "must take a task: " + ended.what));
   }
 }
 

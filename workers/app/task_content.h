@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -7,6 +8,18 @@
 #include "workers/tasks/task.h"
 
 namespace treeroll::worker {
+
+class TaskSource;
+
+/// Has a task described by whoever knows it: `found` receives the settings with their defaults.
+using Describer = std::function<TaskDescription(
+    const std::string& name, const nlohmann::json& settings, nlohmann::json& found)>;
+
+/// Reads the content of a task definition and checks what the describer makes of it; throws as
+/// make_task() does.
+/// @param resolved  receives the settings with their defaults
+TaskDescription resolve_task(const std::string& content, nlohmann::json& resolved,
+                             const Describer& describe);
 
 /// Makes a task from the content of a task definition (common/base/task_agreement.h).
 /// Throws ConfigError with the key that is wrong; for one that makes something else of a resolved
@@ -19,6 +32,6 @@ std::unique_ptr<Task> make_task(const TaskRegistry& registry, const std::string&
 /// Reads a task's name and settings from standard input and prints what it says of itself, or
 /// what is wrong: {"description": ..., "settings": ...} or {"error": {"key", "value", "rule"}}.
 /// @return  exit status: 0, or 2 for bad settings
-int describe_task(const TaskRegistry& registry);
+int describe_task(TaskSource& tasks);
 
 }  // namespace treeroll::worker

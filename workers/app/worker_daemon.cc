@@ -25,15 +25,17 @@ Death cause_of(const ChildEnd& end) {
 }  // namespace
 
 Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
-                                                         WorkerSettings settings) {
+                                                         WorkerSettings settings,
+                                                         EvaluatorSettings evaluators) {
   std::unique_ptr<WorkerDaemon> daemon(new WorkerDaemon);
+  daemon->evaluators_ = std::move(evaluators);
   using transport::Channel;
   transport::BusOptions options;
   options.url = url;
   options.channels = {Channel::kRolloutBatch, Channel::kDefinitionPiece, Channel::kLearnerStatus};
   options.among_programs = true;
-  options.on_message = [self = daemon.get()](const protocol::Message& message) {
-    if (self->core_) self->post(MessageReceived{message});
+  options.on_message = [self = daemon.get()](protocol::Message message) {
+    if (self->core_) self->post(MessageReceived{std::move(message)});
   };
   auto bus = transport::open_bus(daemon->loop_, std::move(options));
   if (!bus) return bus.error();
@@ -45,7 +47,6 @@ Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
 }
 
 WorkerDaemon::~WorkerDaemon() {
-  block_stop_signals();  // the loop gives them up, which would then end a worker that is done
   for (Slot& slot : slots_) {
     unwatch(slot);
     if (slot.process) slot.process->kill();  // all first, then each is waited for
@@ -66,12 +67,12 @@ void WorkerDaemon::post(Event event) {
   if (working_) return;
   working_ = true;
   while (!events_.empty() && !exit_status_) {
-    const Event next = std::move(events_.front());
+    Event next = std::move(events_.front());
     events_.pop_front();
     Effects effects;
-    core_->step(loop_.now(), next, effects);
-    for (const Effect& effect : effects) {
-      std::visit([this](const auto& e) { perform(e); }, effect);
+    core_->step(loop_.now(), std::move(next), effects);
+    for (Effect& effect : effects) {
+      std::visit([this](auto& e) { perform(e); }, effect);
     }
   }
   working_ = false;
@@ -91,21 +92,20 @@ void WorkerDaemon::flush() {
   timer_.set(core_->next_deadline());
 }
 
-void WorkerDaemon::perform(const SendMessage& effect) {
-  protocol::Message message = effect.message;
-  if (auto* status = std::get_if<protocol::WorkerStatus>(&message)) {
+void WorkerDaemon::perform(SendMessage& effect) {
+  if (auto* status = std::get_if<protocol::WorkerStatus>(&effect.message)) {
     const transport::BusStatistics statistics = bus_->statistics();
     status->receive_buffer_bytes = statistics.receive_buffer_bytes;
     status->num_rejected += statistics.num_rejected;
-    log_bus_trouble();
+    for (const std::string& line : bus_trouble_.news(statistics)) spdlog::warn("{}", line);
     log_.tell_due(loop_.now());
   }
-  bus_->publish(message);
+  bus_->publish(effect.message);
 }
 
 void WorkerDaemon::perform(const StartEvaluator& effect) {
   Slot& slot = slot_of(effect.evaluator);
-  Result<EvaluatorProcess> process = EvaluatorProcess::start();
+  Result<EvaluatorProcess> process = EvaluatorProcess::start(evaluators_);
   if (!process) {
     complain("evaluators that cannot be started", process.error().message);
     post(EvaluatorDied{effect.evaluator, Death::kExited, 1});
@@ -113,9 +113,8 @@ void WorkerDaemon::perform(const StartEvaluator& effect) {
   }
   slot.process.emplace(*std::move(process));
   slot.loading.reset();
-  slot.rollouts = {};
   slot.watched = true;
-  loop_.watch(slot.process->socket(), [this, index = effect.evaluator] { read(index); });
+  loop_.watch(slot.process->socket(), [this, index = effect.evaluator] { read_one(index); });
 }
 
 void WorkerDaemon::perform(const KillEvaluator& effect) {
@@ -148,14 +147,14 @@ void WorkerDaemon::perform(const ForgetDefinition& effect) {
   give(effect.evaluator, DefinitionContent{effect.name, ""});
 }
 
-void WorkerDaemon::perform(const RunRollout& effect) {
+void WorkerDaemon::perform(RunRollouts& effect) {
   Slot& slot = slot_of(effect.evaluator);
   if (!slot.process) return;
-  if (slot.rollouts.rollouts.empty()) slot.rollouts.sequence = effect.job;
-  slot.rollouts.rollouts.push_back(effect.request);
-  if (effect.more) return;
   slot.process->restart_cpu_time();
-  give(effect.evaluator, protocol::Message(std::exchange(slot.rollouts, {})));
+  protocol::RolloutBatch batch;
+  batch.sequence = effect.job;
+  batch.rollouts = std::move(effect.requests);
+  give(effect.evaluator, protocol::Message(std::move(batch)));
 }
 
 void WorkerDaemon::perform(const AskCpuTime& effect) {
@@ -171,25 +170,25 @@ void WorkerDaemon::perform(const Exit& effect) {
   loop_.stop();
 }
 
-void WorkerDaemon::read(int evaluator) {
+/// A packet, if there is one; the loop reports the next. @return whether there was one
+bool WorkerDaemon::read_one(int evaluator) {
   Slot& slot = slot_of(evaluator);
-  while (slot.process) {
-    const Received received = receive_packet(slot.process->socket(), false);
-    if (received.message) {
-      understand(evaluator, *received.message);
-      continue;
-    }
-    const bool malformed = received.malformed || received.definition;
-    if (received.closed || malformed) {
-      if (malformed) {
-        complain("evaluators that send nonsense",
-                 fmt::format("evaluator {} sends what is no message", evaluator));
-      }
-      unwatch(slot);
-      slot.process->kill();  // whether it is ending already or only closed its socket
-    }
-    return;
+  if (!slot.process) return false;
+  const Received received = receive_packet(slot.process->socket(), false);
+  if (received.message) {
+    understand(evaluator, *received.message);
+    return true;
   }
+  const bool malformed = received.malformed || received.definition;
+  if (received.closed || malformed) {
+    if (malformed) {
+      complain("evaluators that send nonsense",
+               fmt::format("evaluator {} sends what is no message", evaluator));
+    }
+    unwatch(slot);
+    slot.process->kill();  // whether it is ending already or only closed its socket
+  }
+  return false;
 }
 
 void WorkerDaemon::understand(int evaluator, const protocol::Message& message) {
@@ -227,7 +226,8 @@ void WorkerDaemon::collect_ended() {
     if (!slot.process) continue;
     const std::optional<ChildEnd> end = slot.process->collect();
     if (!end) continue;
-    read(static_cast<int>(i));  // what it had still sent
+    while (read_one(static_cast<int>(i))) {  // what it had still sent
+    }
     unwatch(slot);
     slot.process.reset();
     post(EvaluatorDied{static_cast<int>(i), cause_of(*end), end->code});
@@ -236,21 +236,6 @@ void WorkerDaemon::collect_ended() {
 
 void WorkerDaemon::complain(std::string_view kind, std::string text) {
   log_.add(loop_.now(), LogLine::Level::kError, kind, std::move(text));
-}
-
-void WorkerDaemon::log_bus_trouble() {
-  const transport::BusStatistics statistics = bus_->statistics();
-  // The first of each kind and then at each doubling: enough to see that it goes on.
-  if (statistics.num_unsent > 2 * num_unsent_logged_) {
-    spdlog::warn("{} messages could not be sent; the last: {}", statistics.num_unsent,
-                 statistics.last_publish_error);
-    num_unsent_logged_ = statistics.num_unsent;
-  }
-  if (statistics.num_rejected > 2 * num_rejected_logged_) {
-    spdlog::warn("{} messages refused; the last: {}", statistics.num_rejected,
-                 statistics.last_rejection);
-    num_rejected_logged_ = statistics.num_rejected;
-  }
 }
 
 }  // namespace treeroll::worker

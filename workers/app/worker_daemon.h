@@ -9,6 +9,7 @@
 
 #include "common/program/log.h"
 #include "common/transport/bus.h"
+#include "common/transport/bus_trouble.h"
 #include "common/transport/loop.h"
 #include "workers/app/evaluator_process.h"
 #include "workers/core/worker_core.h"
@@ -20,8 +21,8 @@ namespace treeroll::worker {
 class WorkerDaemon {
  public:
   /// Opens the bus. Fails with one line for a person; nothing has been started then.
-  static Result<std::unique_ptr<WorkerDaemon>> open(const std::string& url,
-                                                    WorkerSettings settings);
+  static Result<std::unique_ptr<WorkerDaemon>> open(const std::string& url, WorkerSettings settings,
+                                                    EvaluatorSettings evaluators);
   ~WorkerDaemon();
   WorkerDaemon(const WorkerDaemon&) = delete;
   WorkerDaemon& operator=(const WorkerDaemon&) = delete;
@@ -35,7 +36,6 @@ class WorkerDaemon {
     std::optional<EvaluatorProcess> process;
     bool watched = false;
     std::optional<DefinitionName> loading;  ///< what its next report is about
-    protocol::RolloutBatch rollouts;        ///< to go to it in one packet, once all are there
   };
 
   WorkerDaemon() = default;
@@ -44,12 +44,13 @@ class WorkerDaemon {
   void schedule_flush();
   void flush();
 
-  void perform(const SendMessage& effect);
+  // What has content gives it away.
+  void perform(SendMessage& effect);
   void perform(const StartEvaluator& effect);
   void perform(const KillEvaluator& effect);
   void perform(const LoadDefinition& effect);
   void perform(const ForgetDefinition& effect);
-  void perform(const RunRollout& effect);
+  void perform(RunRollouts& effect);
   void perform(const AskCpuTime& effect);
   void perform(const LogLine& line);
   void perform(const Exit& effect);
@@ -57,15 +58,15 @@ class WorkerDaemon {
   Slot& slot_of(int evaluator) { return slots_.at(static_cast<std::size_t>(evaluator)); }
   void unwatch(Slot& slot);
   void give(int evaluator, const auto& packet);
-  void read(int evaluator);
+  bool read_one(int evaluator);
   void understand(int evaluator, const protocol::Message& message);
   void collect_ended();
   void complain(std::string_view kind, std::string text);
-  void log_bus_trouble();
 
   transport::Loop loop_;
   transport::Timer timer_{loop_, [this] { post(TimerFired{}); }};
   std::unique_ptr<transport::Bus> bus_;
+  EvaluatorSettings evaluators_;
   std::optional<WorkerCore> core_;
   std::vector<Slot> slots_;
   std::deque<Event> events_;
@@ -73,8 +74,7 @@ class WorkerDaemon {
   bool flush_scheduled_ = false;
   std::optional<int> exit_status_;
   LimitedLog log_;
-  std::int64_t num_unsent_logged_ = 0;
-  std::int64_t num_rejected_logged_ = 0;
+  transport::BusTrouble bus_trouble_;
 };
 
 }  // namespace treeroll::worker

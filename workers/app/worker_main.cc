@@ -5,31 +5,47 @@
 
 #include <algorithm>
 #include <charconv>
+#include <memory>
 
 #include "common/base/config_error.h"
+#include "common/base/content_hash.h"
 #include "common/program/host_name.h"
 #include "common/program/process_start.h"
 #include "common/program/program.h"
+#include "common/program/random_id.h"
 #include "common/protocol/limits.h"
 #include "common/transport/bus.h"
 #include "workers/app/evaluate_policy.h"
 #include "workers/app/evaluator.h"
 #include "workers/app/host_facts.h"
+#include "workers/app/process_limits.h"
 #include "workers/app/processor_share.h"
+#include "workers/app/program_log.h"
 #include "workers/app/task_content.h"
 #include "workers/app/worker_daemon.h"
+#include "workers/user_program/program_command.h"
+#include "workers/user_program/user_program.h"
 
 namespace treeroll::worker {
 namespace {
 
+constexpr int kIdleSecondsMax = 10'000'000;
+
 struct Options {
   std::string processes;
   std::string lcm_url;
+  int exit_when_idle_s = 0;
   bool describe_task = false;
   bool evaluate = false;
+  std::string evaluator;
+  std::string numeric_class;
+  int memory_limit_mb = 0;
   int evaluator_socket = -1;
   int parent_pid = 0;
 };
+
+constexpr const char* kEvaluatorOption = "--evaluator";
+constexpr int kMemoryLimitMbMax = 100'000'000;
 
 int read_processes(const std::string& text) {
   if (text.empty()) {
@@ -47,6 +63,27 @@ int read_processes(const std::string& text) {
   return number;
 }
 
+/// What a user's program computes is as good as its command says: whoever runs another one, or in
+/// another environment that its command names, is not compared with it.
+std::string class_of(const Options& options) {
+  if (!options.numeric_class.empty()) {
+    if (options.numeric_class.size() > protocol::kNumericClassBytesMax ||
+        for_log(options.numeric_class) != options.numeric_class) {
+      throw ConfigError("--numeric-class", for_log(options.numeric_class),
+                        "must be one line of text of at most " +
+                            std::to_string(protocol::kNumericClassBytesMax) + " bytes");
+    }
+    return options.numeric_class;
+  }
+  if (options.evaluator.empty()) return numeric_class();
+  constexpr std::size_t kShownDigits = 12;
+  return numeric_class() + " program " +
+         to_hex(content_hash(options.evaluator)).substr(0, kShownDigits);
+}
+
+/// A program of the user's may take long to start: an interpreter, a simulator, its models.
+constexpr std::chrono::seconds kProgramLoadTimeLimit(60);
+
 int serve(const Options& options) {
   end_when_stopped(kExitDone, "asked to end while it was starting\n");
   WorkerSettings settings;
@@ -55,9 +92,16 @@ int serve(const Options& options) {
   settings.host = host_name();
   settings.pid = getpid();
   settings.version = program_version();
-  settings.numeric_class = numeric_class();
+  settings.numeric_class = class_of(options);
+  if (options.exit_when_idle_s > 0) {
+    settings.idle_max = std::chrono::seconds(options.exit_when_idle_s);
+  }
+  if (!options.evaluator.empty()) {
+    read_program_command(kEvaluatorOption, options.evaluator);
+    settings.load_time_limit = kProgramLoadTimeLimit;
+  }
   const std::string url = transport::resolve_url(options.lcm_url);
-  auto daemon = WorkerDaemon::open(url, settings);
+  auto daemon = WorkerDaemon::open(url, settings, {options.evaluator, options.memory_limit_mb});
   if (!daemon) {
     spdlog::error("{}", daemon.error().message);
     return kExitBadInput;
@@ -74,23 +118,57 @@ void describe(CommandLine& line, Options& options) {
            "Evaluator processes; default: one for each processor it may use");
   line.add("--lcm-url", options.lcm_url,
            "Where the learners are; default: LCM_DEFAULT_URL, else LCM's own, this host");
+  line.add("--exit-when-idle", options.exit_when_idle_s,
+           "Drain and end after so many seconds without a roll-out; default: never")
+      .between(1, kIdleSecondsMax);
   line.add("--describe-task", options.describe_task,
            "Read {\"name\": ..., \"settings\": {...}} from standard input, print what the task "
            "says of itself or what is wrong, and end");
   line.add("--evaluate", options.evaluate,
            "Read {\"task\": {...}, \"policy\": TEXT, \"seed\": 0, \"trace\": false} from standard "
            "input, print the policy's reward, and end; treeroll-evaluate is more convenient");
-  line.add("--evaluator", options.evaluator_socket, "").hidden();
+  line.add(kEvaluatorOption, options.evaluator,
+           "Command of a program of your own, in any language, that evaluates instead of the tasks "
+           "of this one; treeroll-check-evaluator checks it");
+  line.add("--numeric-class", options.numeric_class,
+           "Workers of one class must give the same bits; default: of processor, C library and the "
+           "command of --evaluator");
+  line.add("--memory-limit-mb", options.memory_limit_mb,
+           "Data that an evaluator may hold; 0: no limit")
+      .between(0, kMemoryLimitMbMax)
+      .shows_default();
+  line.add("--evaluator-socket", options.evaluator_socket, "").hidden();
   line.add("--parent", options.parent_pid, "").hidden();
 }
 
-int work(const Options& options, const TaskRegistry& registry) {
-  if (options.evaluator_socket >= 0) {
-    return run_evaluator(registry, options.evaluator_socket, options.parent_pid);
+std::unique_ptr<TaskSource> source_of(const Options& options, const TaskRegistry& registry) {
+  if (options.evaluator.empty()) return tasks_of(registry);
+  return tasks_of(std::make_unique<UserProgram>(
+      ProgramSettings{.command = options.evaluator,
+                      .words = read_program_command(kEvaluatorOption, options.evaluator)},
+      ProgramLog()));
+}
+
+int serve_daemon(const Options& options, const TaskRegistry& registry) {
+  if (!become_evaluator(options.parent_pid)) return kExitOther;
+  try {
+    return run_evaluator(*source_of(options, registry), options.evaluator_socket);
+  } catch (const ProgramEnded& ended) {
+    spdlog::warn("{}", ended.what);
+    end_likewise(ended.end.exited, ended.end.code);
   }
-  if (options.evaluate) return evaluate_policy(registry);
-  if (options.describe_task) return describe_task(registry);
-  return serve(options);
+}
+
+int work(const Options& options, const TaskRegistry& registry) {
+  const bool serves = options.evaluator_socket < 0 && !options.evaluate && !options.describe_task;
+  if (serves) return serve(options);
+  constexpr std::uint64_t kBytesPerMb = 1'000'000;
+  if (options.memory_limit_mb > 0) {
+    limit_memory(kBytesPerMb * static_cast<std::uint64_t>(options.memory_limit_mb));
+  }
+  if (options.evaluator_socket >= 0) return serve_daemon(options, registry);
+  const std::unique_ptr<TaskSource> tasks = source_of(options, registry);
+  return options.evaluate ? evaluate_policy(*tasks) : describe_task(*tasks);
 }
 
 }  // namespace

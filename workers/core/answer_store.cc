@@ -1,5 +1,7 @@
 #include "workers/core/answer_store.h"
 
+#include <utility>
+
 #include "common/base/check.h"
 #include "common/protocol/limits.h"
 #include "common/protocol/wire_sizes.h"
@@ -18,48 +20,54 @@ AnswerStore::AnswerStore(std::size_t num_answers_max) : num_answers_max_(num_ans
 }
 
 void AnswerStore::add(protocol::LearnerId learner, const protocol::RolloutResult& result) {
-  const QuestionKey question{learner, result.key, result.content};
-  const auto [place, is_new] = answers_.try_emplace(question, Answer{.result = result});
-  CHECK(is_new, "a question answered twice");
-  append(question, place->second);
+  const std::int64_t before = last_index(learner);
+  const auto [place, is_new_row] = rows_.try_emplace(learner);
+  Row& row = place->second;
+  if (is_new_row) {
+    row.last_index = row.acknowledged = before;
+    forgotten_.erase(learner);
+  }
+  CHECK(!row.indices.contains({result.key, result.content}), "a question answered twice");
+  append(row, result);
+  ++num_answers_;
   evict();
+}
+
+void AnswerStore::append(Row& row, protocol::RolloutResult result) {
+  row.indices[{result.key, result.content}] = ++row.last_index;
+  row.answers.push_back({.result = std::move(result), .age = next_age_++});
 }
 
 std::optional<std::int64_t> AnswerStore::repeat(protocol::LearnerId learner,
                                                 const protocol::RolloutKey& key,
                                                 std::int64_t content, std::int32_t attempt) {
-  const QuestionKey question{learner, key, content};
-  const auto found = answers_.find(question);
-  if (found == answers_.end()) return std::nullopt;
-  Answer& answer = found->second;
+  const auto found = rows_.find(learner);
+  if (found == rows_.end()) return std::nullopt;
+  Row& row = found->second;
+  const auto place = row.indices.find({key, content});
+  if (place == row.indices.end()) return std::nullopt;
+  const std::int64_t index = place->second;
+  Answer& answer = row.answers.at(static_cast<std::size_t>(index - row.first_kept()));
   answer.result.attempt = attempt;
-  if (answer.acknowledged) {
-    acknowledged_by_age_.erase(answer.age);
-    append(question, answer);
-  }
-  return answer.index;
+  if (index > row.acknowledged) return index;
+  answer.is_here = false;
+  append(row, answer.result);
+  drop_leading_gaps(row);
+  return row.last_index;
 }
 
 bool AnswerStore::acknowledge(protocol::LearnerId learner, std::int64_t index) {
-  const auto row = rows_.find(learner);
-  if (row == rows_.end()) return false;
-  auto& pending = row->second.pending;
-  bool progress = false;
-  while (!pending.empty() && pending.begin()->first <= index) {
-    Answer& answer = answers_.at(pending.begin()->second);
-    answer.acknowledged = true;
-    pending_by_age_.erase(answer.age);
-    acknowledged_by_age_.emplace(answer.age, pending.begin()->second);
-    pending.erase(pending.begin());
-    progress = true;
-  }
-  return progress;
+  const auto found = rows_.find(learner);
+  if (found == rows_.end()) return false;
+  Row& row = found->second;
+  const std::int64_t first = row.first_pending();
+  row.acknowledged = std::max(row.acknowledged, std::min(index, row.last_index));
+  return row.first_pending() > first;
 }
 
 std::int64_t AnswerStore::first_index(protocol::LearnerId learner) const {
   const auto row = rows_.find(learner);
-  if (row == rows_.end() || row->second.pending.empty()) return last_index(learner) + 1;
-  return row->second.pending.begin()->first;
+  return row == rows_.end() ? last_index(learner) + 1 : row->second.first_pending();
 }
 
 std::int64_t AnswerStore::last_index(protocol::LearnerId learner) const {
@@ -72,12 +80,12 @@ std::vector<protocol::RolloutResult> AnswerStore::from(protocol::LearnerId learn
                                                        std::int64_t index,
                                                        std::size_t bytes_max) const {
   std::vector<protocol::RolloutResult> results;
-  const auto row = rows_.find(learner);
-  if (row == rows_.end()) return results;
-  const auto& pending = row->second.pending;
+  const auto found = rows_.find(learner);
+  if (found == rows_.end()) return results;
+  const Row& row = found->second;
   std::size_t bytes = 0;
-  for (auto place = pending.find(index); place != pending.end(); ++place) {
-    const protocol::RolloutResult& result = answers_.at(place->second).result;
+  for (; index <= row.last_index; ++index) {
+    const protocol::RolloutResult& result = row.at(index).result;
     bytes += protocol::rollout_result_bytes(result.outcome.reason().size());
     if (!results.empty() && bytes > bytes_max) break;
     results.push_back(result);
@@ -86,43 +94,41 @@ std::vector<protocol::RolloutResult> AnswerStore::from(protocol::LearnerId learn
   return results;
 }
 
+bool AnswerStore::all_acknowledged() const {
+  return std::ranges::all_of(rows_, [](const auto& entry) {
+    return entry.second.first_pending() > entry.second.last_index;
+  });
+}
+
 void AnswerStore::forget(protocol::LearnerId learner) {
   const std::int64_t index = last_index(learner);
-  const auto first = answers_.lower_bound(
-      QuestionKey{learner, protocol::RolloutKey{INT32_MIN, INT32_MIN}, INT64_MIN});
-  auto last = first;
-  for (; last != answers_.end() && std::get<0>(last->first) == learner; ++last) {
-    const Answer& answer = last->second;
-    (answer.acknowledged ? acknowledged_by_age_ : pending_by_age_).erase(answer.age);
+  if (const auto row = rows_.find(learner); row != rows_.end()) {
+    num_answers_ -= row->second.indices.size();
+    rows_.erase(row);
   }
-  answers_.erase(first, last);
-  rows_.erase(learner);
   if (index > 0) forgotten_[learner] = index;
   if (forgotten_.size() > kForgottenMax) forgotten_.erase(forgotten_.begin());
 }
 
-void AnswerStore::append(const QuestionKey& question, Answer& answer) {
-  const protocol::LearnerId learner = std::get<0>(question);
-  const std::int64_t before = last_index(learner);
-  Row& row = rows_[learner];
-  row.last_index = before + 1;
-  forgotten_.erase(learner);
-  answer.index = row.last_index;
-  answer.age = next_age_++;
-  answer.acknowledged = false;
-  row.pending.emplace(answer.index, question);
-  pending_by_age_.emplace(answer.age, question);
+void AnswerStore::drop_leading_gaps(Row& row) {
+  while (!row.answers.empty() && !row.answers.front().is_here) row.answers.pop_front();
 }
 
 void AnswerStore::evict() {
-  while (answers_.size() > num_answers_max_) {
-    auto& ages = acknowledged_by_age_.empty() ? pending_by_age_ : acknowledged_by_age_;
-    const QuestionKey question = ages.begin()->second;
-    const Answer& answer = answers_.at(question);
-    // The oldest of all is the oldest of its row too, so the row stays without gaps.
-    if (!answer.acknowledged) rows_.at(std::get<0>(question)).pending.erase(answer.index);
-    ages.erase(ages.begin());
-    answers_.erase(question);
+  while (num_answers_ > num_answers_max_) {
+    Row* victim = nullptr;
+    const auto rank = [](const Row& row) {
+      return std::pair(row.first_kept() > row.acknowledged, row.answers.front().age);
+    };
+    for (auto& [learner, row] : rows_) {
+      if (row.answers.empty()) continue;
+      if (victim == nullptr || rank(row) < rank(*victim)) victim = &row;
+    }
+    const protocol::RolloutResult& result = victim->answers.front().result;
+    victim->indices.erase({result.key, result.content});
+    victim->answers.pop_front();
+    drop_leading_gaps(*victim);
+    --num_answers_;
   }
 }
 

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
+#include <iterator>
 #include <map>
 #include <optional>
-#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "common/protocol/messages.h"
@@ -40,34 +43,41 @@ class AnswerStore {
   /// Precondition: index >= first_index(learner).
   std::vector<protocol::RolloutResult> from(protocol::LearnerId learner, std::int64_t index,
                                             std::size_t bytes_max) const;
-  bool all_acknowledged() const { return pending_by_age_.empty(); }
+  bool all_acknowledged() const;
 
   /// Drops the learner's answers. Its index goes on where it was, should it come back.
   void forget(protocol::LearnerId learner);
 
-  std::size_t size() const { return answers_.size(); }
+  std::size_t size() const { return num_answers_; }
 
  private:
-  using QuestionKey = std::tuple<protocol::LearnerId, protocol::RolloutKey, std::int64_t>;
+  using Question = std::pair<protocol::RolloutKey, std::int64_t>;  // with its content
   struct Answer {
     protocol::RolloutResult result;
-    std::int64_t index = 0;
     std::int64_t age = 0;
-    bool acknowledged = false;
+    bool is_here = true;  ///< not under a newer index since
   };
+  /// A learner's answers by index. Those that are not acknowledged stand last, without gaps.
   struct Row {
     std::int64_t last_index = 0;
-    std::map<std::int64_t, QuestionKey> pending;  // by index, without gaps
+    std::int64_t acknowledged = 0;  ///< all up to this index
+    std::deque<Answer> answers;     ///< the last one has last_index, the first one is here
+    std::map<Question, std::int64_t> indices;
+
+    std::int64_t first_kept() const { return last_index - std::ssize(answers) + 1; }
+    std::int64_t first_pending() const { return std::max(acknowledged + 1, first_kept()); }
+    const Answer& at(std::int64_t index) const {
+      return answers.at(static_cast<std::size_t>(index - first_kept()));
+    }
   };
 
-  void append(const QuestionKey& question, Answer& answer);
+  void append(Row& row, protocol::RolloutResult result);
+  void drop_leading_gaps(Row& row);
   void evict();
 
   std::size_t num_answers_max_;
+  std::size_t num_answers_ = 0;
   std::int64_t next_age_ = 0;
-  std::map<QuestionKey, Answer> answers_;
-  std::map<std::int64_t, QuestionKey> pending_by_age_;
-  std::map<std::int64_t, QuestionKey> acknowledged_by_age_;
   std::map<protocol::LearnerId, Row> rows_;
   std::map<protocol::LearnerId, std::int64_t> forgotten_;  // last index
 };

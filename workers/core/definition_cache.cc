@@ -51,6 +51,14 @@ void DefinitionCache::refuse(Definition& definition, std::string reason) {
   definition.text = cut_text(std::move(reason), protocol::kReasonBytesMax);
 }
 
+void DefinitionCache::erase_refused() {
+  for (auto it = entries_.begin(); it != entries_.end();) {
+    const bool is_refused = it->second.definition.state == DefinitionState::kRefused;
+    if (is_refused) by_use_.erase(it->second.used);
+    it = is_refused ? entries_.erase(it) : std::next(it);
+  }
+}
+
 bool DefinitionCache::evict_one(const std::set<ContentHash>& in_use) {
   const auto oldest = std::find_if(by_use_.begin(), by_use_.end(), [&](const auto& use) {
     const bool checking = entries_.at(use.second).definition.state == DefinitionState::kChecking;

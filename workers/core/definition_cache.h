@@ -44,6 +44,8 @@ class DefinitionCache {
                      const std::set<ContentHash>& in_use);
   /// A reason longer than kReasonBytesMax is cut.
   void refuse(Definition& definition, std::string reason);
+  /// As if they had never come.
+  void erase_refused();
 
   std::size_t size() const { return entries_.size(); }
   std::size_t bytes() const { return bytes_; }

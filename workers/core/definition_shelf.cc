@@ -48,7 +48,7 @@ void DefinitionShelf::receive(const Turn& turn, const protocol::DefinitionPiece&
   if (definition->to_tell.size() < settings_.num_learners_max) definition->to_tell.insert(learner);
   const bool settled = definition->state == DefinitionState::kAccepted ||
                        definition->state == DefinitionState::kRefused;
-  if (settled) settle(name.id, *definition);
+  if (settled) settle(name, *definition);
 }
 
 std::optional<std::string> DefinitionShelf::assemble(const Turn& turn,
@@ -96,7 +96,7 @@ void DefinitionShelf::on_checked(const Turn& turn, const DefinitionLoaded& resul
   definition->state = DefinitionState::kAccepted;
   definition->text = result.text;
   definition->facts = result.facts;
-  settle(result.name.id, *definition);
+  settle(result.name, *definition);
 }
 
 void DefinitionShelf::on_strike(const Turn& turn, const DefinitionName& name, bool timed_out) {
@@ -109,6 +109,11 @@ void DefinitionShelf::on_strike(const Turn& turn, const DefinitionName& name, bo
 
 void DefinitionShelf::on_accident(const DefinitionName& name) {
   check_first(name, *cache(name.kind).find(name.id));
+}
+
+void DefinitionShelf::forget_refused() {
+  tasks_.erase_refused();
+  policies_.erase_refused();
 }
 
 void DefinitionShelf::close() {
@@ -154,13 +159,15 @@ void DefinitionShelf::refuse(const Turn& turn, const DefinitionName& name, Defin
   cache(name.kind).refuse(definition, std::move(reason));
   turn.warn("definitions refused",
             fmt::format("refuses definition {}: {}", to_hex(name.id), definition.text));
-  settle(name.id, definition);
+  settle(name, definition);
 }
 
-void DefinitionShelf::settle(const ContentHash& id, Definition& definition) {
+void DefinitionShelf::settle(const DefinitionName& name, Definition& definition) {
   const bool accepted = definition.state == DefinitionState::kAccepted;
+  // Of a policy no news is good news: as many words as workers times policies would say nothing.
+  const bool is_news = !accepted || name.kind == DefinitionKind::kTask;
   for (const protocol::LearnerId learner : definition.to_tell) {
-    report(learner, id, accepted, definition.text);
+    if (is_news) report(learner, name.id, accepted, definition.text);
   }
   definition.to_tell.clear();
   settled_ = true;

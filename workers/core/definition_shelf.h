@@ -51,6 +51,8 @@ class DefinitionShelf {
   void on_strike(const Turn& turn, const DefinitionName& name, bool timed_out);
   /// The evaluator ended by no fault of the definition: it is checked first of all.
   void on_accident(const DefinitionName& name);
+  /// What was refused may be taken now, once it is sent again.
+  void forget_refused();
   /// From now on nothing is checked or taken any more.
   void close();
 
@@ -73,7 +75,7 @@ class DefinitionShelf {
   void check_first(const DefinitionName& name, Definition& definition);
   void refuse(const Turn& turn, const DefinitionName& name, Definition& definition,
               std::string reason);
-  void settle(const ContentHash& id, Definition& definition);
+  void settle(const DefinitionName& name, Definition& definition);
   void forget_stale_checks();
 
   const WorkerSettings& settings_;

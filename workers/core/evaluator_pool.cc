@@ -45,11 +45,7 @@ void EvaluatorPool::start(const Turn& turn) {
 }
 
 std::optional<int> EvaluatorPool::idle_evaluator() const {
-  const auto idle = std::find_if(evaluators_.begin(), evaluators_.end(), [](const Evaluator& e) {
-    return e.state == State::kIdle && !e.killed;
-  });
-  if (idle == evaluators_.end()) return std::nullopt;
-  return static_cast<int>(idle - evaluators_.begin());
+  return idle_.empty() ? std::nullopt : std::optional(*idle_.begin());
 }
 
 void EvaluatorPool::check(const Turn& turn, int index, const DefinitionName& name,
@@ -132,6 +128,7 @@ EvaluatorPool::Ends EvaluatorPool::on(const Turn&, const RolloutEvaluated& event
   Given& given = evaluator.given[static_cast<std::size_t>(place)];
   if (given.done) return {};
   given.done = true;
+  ++evaluator.num_done;
   evaluator.num_bare_deaths = 0;
   Ends ends;
   if (given.wanted) {
@@ -145,7 +142,7 @@ EvaluatorPool::Ends EvaluatorPool::on(const Turn&, const RolloutEvaluated& event
                                                         "its reward is no finite number from 0 on"),
                      .duration_ns = std::max<std::int64_t>(event.duration_ns, 0)});
   }
-  if (std::ranges::all_of(evaluator.given, &Given::done)) {
+  if (evaluator.num_done == std::ssize(evaluator.given)) {
     evaluator.timed_out = false;
     release(evaluator);
   }
@@ -166,7 +163,7 @@ EvaluatorPool::Ends EvaluatorPool::on(const Turn& turn, const CpuTimeMeasured& e
   if (event.cpu_time < limit && turn.now < blocked_at) {
     const Duration left = std::clamp(limit - event.cpu_time, kLookAgainMin,
                                      std::max(kLookAgainMin, look_interval(limit)));
-    evaluator.look_at = std::min(turn.now + left, blocked_at);
+    look_at(evaluator, std::min(turn.now + left, blocked_at));
     return {};
   }
   turn.warn("evaluators past a time limit",
@@ -204,6 +201,7 @@ EvaluatorPool::Ends EvaluatorPool::on(const Turn& turn, const EvaluatorDied& eve
   }
   const int num_bare_deaths = charged || evaluator.dismissed ? 0 : evaluator.num_bare_deaths + 1;
   evaluator = {};
+  idle_.erase(event.evaluator);
   evaluator.num_bare_deaths = num_bare_deaths;
   if (draining_) return ends;
   // Who dies again and again is started ever more seldom.
@@ -212,7 +210,7 @@ EvaluatorPool::Ends EvaluatorPool::on(const Turn& turn, const EvaluatorDied& eve
     const int doublings = std::min(num_bare_deaths - kBareDeathsOfTrouble, 20);
     delay = std::min(settings_.restart_delay_min * (1 << doublings), settings_.restart_delay_max);
   }
-  evaluator.look_at = turn.now + delay;
+  look_at(evaluator, turn.now + delay);
   watch(turn, event.evaluator);
   return ends;
 }
@@ -255,15 +253,17 @@ WorkEnd EvaluatorPool::interrupted(const Turn& turn, const Evaluator& evaluator,
 }
 
 void EvaluatorPool::watch(const Turn& turn) {
+  if (turn.now < look_at_) return;
+  look_at_ = TimePoint::max();
   for (int i = 0; i < settings_.num_evaluators; ++i) watch(turn, i);
+  for (const Evaluator& evaluator : evaluators_) {
+    if (evaluator.look_at) look_at_ = std::min(look_at_, *evaluator.look_at);
+  }
 }
 
-TimePoint EvaluatorPool::next_deadline() const {
-  TimePoint deadline = TimePoint::max();
-  for (const Evaluator& evaluator : evaluators_) {
-    if (evaluator.look_at) deadline = std::min(deadline, *evaluator.look_at);
-  }
-  return deadline;
+void EvaluatorPool::look_at(Evaluator& evaluator, TimePoint time) {
+  evaluator.look_at = time;
+  look_at_ = std::min(look_at_, time);
 }
 
 void EvaluatorPool::excuse(Duration delay) {
@@ -291,13 +291,14 @@ void EvaluatorPool::start(const Turn& turn, int index) {
   Evaluator& evaluator = at(index);
   evaluator.state = State::kStarting;
   evaluator.since = turn.now;
-  evaluator.look_at = turn.now + settings_.start_time_max;
+  look_at(evaluator, turn.now + settings_.start_time_max);
   turn.effects.emplace_back(StartEvaluator{index});
 }
 
 void EvaluatorPool::kill(const Turn& turn, int index) {
   at(index).killed = true;
   at(index).look_at.reset();
+  idle_.erase(index);
   turn.effects.emplace_back(KillEvaluator{index});
 }
 
@@ -320,7 +321,7 @@ void EvaluatorPool::watch(const Turn& turn, int index) {
       return;
     case State::kLoading:
     case State::kRunning:
-      evaluator.look_at = turn.now + look_interval(evaluator.time_limit);
+      look_at(evaluator, turn.now + look_interval(evaluator.time_limit));
       turn.effects.emplace_back(AskCpuTime{index, evaluator.job});
       return;
     case State::kIdle:
@@ -328,7 +329,8 @@ void EvaluatorPool::watch(const Turn& turn, int index) {
   }
 }
 
-/// Gives the evaluator what its work still needs, at last the roll-out itself.
+/// Gives the evaluator what its work still needs, at last the roll-outs that are still wanted.
+/// Precondition: one is.
 void EvaluatorPool::continue_work(const Turn& turn, int index, DefinitionShelf& definitions) {
   Evaluator& evaluator = at(index);
   const protocol::RolloutRequest& request = evaluator.given.front().work.request;
@@ -337,13 +339,14 @@ void EvaluatorPool::continue_work(const Turn& turn, int index, DefinitionShelf& 
     definitions.touch(name);
     if (!evaluator.known.contains(name)) return load(turn, index, name, definitions);
   }
+  std::erase_if(evaluator.given, [](const Given& given) { return !given.wanted; });
   const std::int64_t count = std::ssize(evaluator.given);
   begin_job(turn, evaluator, State::kRunning, count * definitions.find(task)->facts.time_limit);
   next_job_ = evaluator.job + count;
-  for (std::int64_t i = 0; i < count; ++i) {
-    protocol::RolloutRequest& one = evaluator.given[static_cast<std::size_t>(i)].work.request;
-    turn.effects.emplace_back(RunRollout{index, evaluator.job + i, std::move(one), i + 1 < count});
-  }
+  RunRollouts run{.evaluator = index, .job = evaluator.job, .requests = {}};
+  run.requests.reserve(evaluator.given.size());
+  for (Given& given : evaluator.given) run.requests.push_back(std::move(given.work.request));
+  turn.effects.emplace_back(std::move(run));
 }
 
 void EvaluatorPool::load(const Turn& turn, int index, const DefinitionName& name,
@@ -367,18 +370,21 @@ void EvaluatorPool::load(const Turn& turn, int index, const DefinitionName& name
 }
 
 void EvaluatorPool::begin_job(const Turn& turn, Evaluator& evaluator, State state, Duration limit) {
+  idle_.erase(index_of(evaluator));
   evaluator.state = state;
   evaluator.job = next_job_++;
   evaluator.since = turn.now;
   evaluator.busy_at = turn.now;
   evaluator.busy_cpu_time = {};
   evaluator.time_limit = std::max(limit, 2 * kLookAgainMin);
-  evaluator.look_at = turn.now + look_interval(evaluator.time_limit);
+  look_at(evaluator, turn.now + look_interval(evaluator.time_limit));
 }
 
 void EvaluatorPool::release(Evaluator& evaluator) {
   evaluator.state = State::kIdle;
+  if (!evaluator.killed) idle_.insert(index_of(evaluator));
   evaluator.given.clear();
+  evaluator.num_done = 0;
   evaluator.loading.reset();
   evaluator.look_at.reset();
 }

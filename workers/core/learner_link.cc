@@ -61,7 +61,7 @@ void LearnerLink::on_sent(TimePoint now, std::int64_t last_index) {
   if (!waits_already && !all_seen()) repeat_after(now, first_pause());
 }
 
-void LearnerLink::on_acknowledged(TimePoint now, std::int64_t seen_index, bool any_left,
+bool LearnerLink::on_acknowledged(TimePoint now, std::int64_t seen_index, bool any_left,
                                   bool any_settled) {
   const std::int64_t seen = std::clamp(seen_index, last_index_seen_, last_index_sent_);
   if (timed_index_ > 0 && seen >= timed_index_) {
@@ -69,9 +69,13 @@ void LearnerLink::on_acknowledged(TimePoint now, std::int64_t seen_index, bool a
     timed_index_ = 0;
   }
   const bool any_seen = std::exchange(last_index_seen_, seen) < seen;
-  if (!any_left) return repeat_at_.reset();
-  if (!any_seen && !any_settled) return;
-  repeat_after(now, all_seen() ? settings_.settle_interval_min : first_pause());
+  const bool is_news = any_seen || any_settled;
+  if (!any_left) {
+    repeat_at_.reset();
+  } else if (is_news) {
+    repeat_after(now, all_seen() ? settings_.settle_interval_min : first_pause());
+  }
+  return is_news;
 }
 
 std::int64_t LearnerLink::begin_repetition(TimePoint now, std::int64_t oldest) {

@@ -25,6 +25,15 @@ class LearnerLink {
     given_up_ = false;
   }
   void hear_batch(TimePoint now, std::int64_t sequence);
+  /// Its status: so many workers have joined it.
+  void hear_status(TimePoint now, int num_workers) {
+    hear(now);
+    num_workers_ = num_workers;
+  }
+  /// As it said last; 0 before, and nothing once it is given up.
+  std::optional<int> num_workers() const {
+    return given_up_ ? std::nullopt : std::optional(num_workers_);
+  }
   /// This process was stopped for so long: no silence of the learner's.
   void excuse(Duration delay) { heard_ += delay; }
   TimePoint heard() const { return heard_; }
@@ -52,13 +61,13 @@ class LearnerLink {
   std::int64_t last_index_sent() const { return last_index_sent_; }
   /// Index of the last answer that has been seen.
   std::int64_t last_index_seen() const { return last_index_seen_; }
-  /// When new answers are sent at the latest, if the first of them came at `now`, or was noticed
-  /// before. Cleared by on_sent().
-  TimePoint answers_at(TimePoint now, Duration wait) {
+  /// There is an answer that has not been sent.
+  void note_new_answer(TimePoint now) {
     if (!waiting_since_) waiting_since_ = now;
-    answer_at_ = *waiting_since_ + wait;
-    return *answer_at_;
   }
+  /// They are sent when the first of them has waited so long. Precondition: there is one.
+  void answer_after(Duration wait) { answer_at_ = *waiting_since_ + wait; }
+  bool answer_due(TimePoint now) const { return answer_at_ && now >= *answer_at_; }
   /// From sending an answer to the word that it has been seen; nothing before the first.
   std::optional<Duration> round_trip() const { return round_trip_; }
   /// First and last of answers by their index.
@@ -75,7 +84,8 @@ class LearnerLink {
   /// The learner says what it has seen. An index that was never sent says nothing beyond the last.
   /// @param any_left      of all answers there are for it: some are not settled
   /// @param any_settled   some that were not are settled now
-  void on_acknowledged(TimePoint now, std::int64_t seen_index, bool any_left, bool any_settled);
+  /// @return  whether it was not known: some are seen or settled that were not
+  bool on_acknowledged(TimePoint now, std::int64_t seen_index, bool any_left, bool any_settled);
   /// Whether answers are to be sent again now: their absence shows by the learner's silence.
   bool repetition_due(TimePoint now) const { return repeat_at_ && now >= *repeat_at_; }
   /// With each repetition. @return index of the first answer to repeat: the oldest that has not
@@ -99,6 +109,7 @@ class LearnerLink {
   const WorkerSettings& settings_;
   TimePoint heard_;
   bool given_up_ = false;
+  int num_workers_ = 0;
   std::int64_t last_batch_ = 0;
   std::uint64_t received_ = 0;
   bool missing_ = false;
@@ -106,7 +117,7 @@ class LearnerLink {
   std::optional<Stretch> wanted_again_;
   std::int64_t last_index_sent_ = 0;
   std::int64_t last_index_seen_ = 0;
-  std::optional<TimePoint> waiting_since_;  ///< the first new answer
+  std::optional<TimePoint> waiting_since_;  ///< the first answer that has not been sent
   std::optional<TimePoint> answer_at_;
   std::int64_t timed_index_ = 0;  ///< of an answer that has been sent once; 0 none
   TimePoint timed_at_;

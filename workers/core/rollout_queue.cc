@@ -24,6 +24,7 @@ HeldRollout& RolloutQueue::add(const RolloutName& name, protocol::RolloutRequest
                                                                    .arrival = next_arrival_++,
                                                                    .since = now});
   CHECK(is_new, "a roll-out held twice");
+  ++tasks_[place->second.request.task_id];
   if (place->second.lacks_theta()) {
     thetas_[{name.learner, *place->second.request.theta_id}].insert(name.key);
   }
@@ -45,6 +46,8 @@ void RolloutQueue::remove(const RolloutName& name) {
   set_state(name, RolloutState::kWaiting);
   const HeldRollout& rollout = held_.at(name);
   if (rollout.lacks_theta()) waits_no_more(name, *rollout.request.theta_id);
+  const auto task = tasks_.find(rollout.request.task_id);
+  if (--task->second == 0) tasks_.erase(task);
   held_.erase(name);
 }
 
@@ -73,12 +76,6 @@ std::vector<RolloutName> RolloutQueue::take_alike(const RolloutName& first, std:
   }
   for (const RolloutName& name : names) set_state(name, RolloutState::kRunning);
   return names;
-}
-
-std::size_t RolloutQueue::num_ready() const {
-  std::size_t count = 0;
-  for (const auto& [learner, row] : ready_) count += row.size();
-  return count;
 }
 
 std::vector<protocol::RolloutKey> RolloutQueue::keys(protocol::LearnerId learner) const {

@@ -63,11 +63,12 @@ class RolloutQueue {
   /// At most so many of its learner, task and policy that were never to be given alone, in their
   /// order; they become running too.
   std::vector<RolloutName> take_alike(const RolloutName& first, std::size_t num_max);
-  std::size_t num_ready() const;
 
   std::size_t size() const { return held_.size(); }
   std::vector<protocol::RolloutKey> keys(protocol::LearnerId learner) const;
   const std::map<RolloutName, HeldRollout>& all() const { return held_; }
+  /// How many are held of each task.
+  const std::map<ContentHash, int>& tasks() const { return tasks_; }
   /// All in one state; all of one learner.
   std::vector<RolloutName> in_state(RolloutState state) const;
   std::vector<RolloutName> of_learner(protocol::LearnerId learner) const;
@@ -84,6 +85,7 @@ class RolloutQueue {
   void waits_no_more(const RolloutName& name, const ContentHash& theta_id);
 
   std::map<RolloutName, HeldRollout> held_;
+  std::map<ContentHash, int> tasks_;
   std::map<protocol::LearnerId, std::map<std::int64_t, protocol::RolloutKey>> ready_;  // by arrival
   /// Which wait for a theta. Pieces of thetas come for every worker, and no walk is made for one.
   std::map<std::pair<protocol::LearnerId, ContentHash>, std::set<protocol::RolloutKey>> thetas_;

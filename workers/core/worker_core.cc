@@ -8,18 +8,18 @@
 #include <vector>
 
 #include "common/base/check.h"
+#include "workers/core/evaluator_pool.h"
 #include "workers/core/rollouts_together.h"
 
 namespace treeroll::worker {
 namespace {
 
 constexpr const char* kLeaving = "leaving";
-/// Of a roll-out in the running mean of their times.
-constexpr double kTimeWeight = .1;
 
 /// Why these two cannot make this roll-out; empty if they can.
 std::string mismatch(const DefinitionFacts& task, const DefinitionFacts& policy,
                      std::size_t theta_dim) {
+  if (policy.theta_dim == 0) return {};  // who evaluates finds out
   if (task.input_dim != policy.input_dim || task.output_dim != policy.output_dim) {
     return fmt::format("the policy has {} inputs and {} outputs, the task takes {} and {}",
                        policy.input_dim, policy.output_dim, task.input_dim, task.output_dim);
@@ -37,11 +37,20 @@ WorkerCore::WorkerCore(WorkerSettings settings)
     : settings_(std::move(settings)),
       answers_(settings_.num_answers_max),
       definitions_(settings_),
-      evaluators_(settings_) {
+      pool_(std::make_unique<EvaluatorPool>(settings_)),
+      evaluators_(*pool_) {
   CHECK(settings_.batch_bytes_max >= protocol::kBatchBytesRemoteMax, "batches too small");
 }
 
-void WorkerCore::step(TimePoint now, const Event& event, Effects& effects) {
+WorkerCore::WorkerCore(WorkerSettings settings, Evaluators& evaluators)
+    : settings_(std::move(settings)),
+      answers_(settings_.num_answers_max),
+      definitions_(settings_),
+      evaluators_(evaluators) {
+  CHECK(settings_.batch_bytes_max >= protocol::kBatchBytesRemoteMax, "batches too small");
+}
+
+void WorkerCore::step(TimePoint now, Event event, Effects& effects) {
   if (exited_) return;
   // A deadline that was not served when due shows that this process was stopped or kept waiting,
   // and its evaluators most likely with it (Ctrl-Z, a frozen container).
@@ -53,8 +62,9 @@ void WorkerCore::step(TimePoint now, const Event& event, Effects& effects) {
   }
 
   const Turn turn{now, effects, log_limiter_};
-  std::visit([&](const auto& e) { on(turn, e); }, event);
+  std::visit([&](auto& e) { on(turn, e); }, event);
   if (exited_) return;
+  if (queue_.size() > 0) busy_at_ = now;
   if (definitions_.take_settled()) {
     for (const RolloutName& name : queue_.in_state(RolloutState::kWaiting)) review(name);
   }
@@ -68,16 +78,20 @@ TimePoint WorkerCore::next_deadline() const {
     deadline = std::min(deadline, learner.next_deadline());
   }
   if (finish_by_) deadline = std::min(deadline, *finish_by_);
+  if (settings_.idle_max && !draining_ && queue_.size() == 0) {
+    deadline = std::min(deadline, busy_at_ + *settings_.idle_max);
+  }
   return drain_end_ ? std::min(deadline, *drain_end_) : deadline;
 }
 
 void WorkerCore::on(const Turn& turn, const Started&) {
+  busy_at_ = turn.now;
   evaluators_.start(turn);
   send_status(turn);
 }
 
-void WorkerCore::on(const Turn& turn, const MessageReceived& event) {
-  if (const auto* batch = std::get_if<protocol::RolloutBatch>(&event.message)) {
+void WorkerCore::on(const Turn& turn, MessageReceived& event) {
+  if (auto* batch = std::get_if<protocol::RolloutBatch>(&event.message)) {
     receive(turn, *batch);
   } else if (const auto* piece = std::get_if<protocol::DefinitionPiece>(&event.message)) {
     // A learner that starts should not have to wait for the next heartbeat.
@@ -87,7 +101,10 @@ void WorkerCore::on(const Turn& turn, const MessageReceived& event) {
     is_theta ? take_theta(turn, *piece) : definitions_.receive(turn, *piece, queue_);
   } else if (const auto* status = std::get_if<protocol::LearnerStatus>(&event.message)) {
     const auto known = learners_.find(status->learner_id);
-    if (known != learners_.end()) known->second.hear(turn.now);
+    if (known == learners_.end()) return beat_within(turn, protocol::kIdleHeartbeat);
+    known->second.hear_status(turn.now, status->num_workers);
+    count_workers();
+    beat_within(turn, heartbeat());
   }
 }
 
@@ -104,7 +121,7 @@ void WorkerCore::on(const Turn& turn, const InboxDrained&) {
   definitions_.send_reports(turn);
   for (auto& [id, learner] : learners_) {
     if (learner.looks_for_missing()) ask_for_definitions(turn, id, learner);
-    if (answers_due(turn, id, learner)) send_new_answers(turn, id, learner);
+    send_answers_if_due(turn, id, learner);
   }
   if (status_due_) send_status(turn);
   leave_if_drained(turn);
@@ -119,10 +136,11 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
     }
     if (learner.is_to_be_given_up(turn.now)) {
       learner.give_up();
+      count_workers();
       give_up_work_of(turn, id);
     }
     if (learner.asking_due(turn.now)) ask_for_definitions(turn, id, learner);
-    if (answers_due(turn, id, learner)) send_new_answers(turn, id, learner);
+    send_answers_if_due(turn, id, learner);
     if (learner.repetition_due(turn.now)) repeat_answers(turn, id, learner);
   }
   for (const protocol::LearnerId id : silent) {
@@ -136,6 +154,11 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
     turn.log_due();
     send_status(turn);
   }
+  const bool is_idle = !draining_ && queue_.size() == 0 && settings_.idle_max;
+  if (is_idle && turn.now >= busy_at_ + *settings_.idle_max) {
+    return drain(turn,
+                 fmt::format("had nothing to do for {:.0f} s", to_seconds(turn.now - busy_at_)));
+  }
   leave_if_drained(turn);
 }
 
@@ -144,6 +167,10 @@ void WorkerCore::on(const Turn& turn, const DrainRequested&) {
     turn.warn(kLeaving, "asked to stop twice: leaves at once");
     return exit(turn, 1);
   }
+  drain(turn, "asked to stop");
+}
+
+void WorkerCore::drain(const Turn& turn, const std::string& why) {
   draining_ = true;
   finish_by_ = turn.now + settings_.drain_rollouts_max;
   definitions_.close();
@@ -151,7 +178,8 @@ void WorkerCore::on(const Turn& turn, const DrainRequested&) {
   for (const RolloutState state : {RolloutState::kWaiting, RolloutState::kReady}) {
     for (const RolloutName& name : queue_.in_state(state)) queue_.remove(name);
   }
-  turn.inform(kLeaving, fmt::format("draining: finishes {} running roll-outs", queue_.size()));
+  turn.inform(kLeaving,
+              fmt::format("draining, {}: finishes {} running roll-outs", why, queue_.size()));
   send_status(turn);
 }
 
@@ -199,6 +227,7 @@ LearnerLink* WorkerCore::meet(const Turn& turn, protocol::LearnerId id) {
     forget(turn, victim->first);
   }
   turn.inform("learners served", fmt::format("serves learner {}", id));
+  num_workers_ = 0;  // it has not said how many it hears
   return &learners_.try_emplace(id, settings_, answers_.last_index(id)).first->second;
 }
 
@@ -213,6 +242,7 @@ void WorkerCore::forget(const Turn& turn, protocol::LearnerId id) {
     last_batches_.erase(last_batches_.begin());
   }
   learners_.erase(id);
+  count_workers();
 }
 
 /// Nobody waits for it any more, and whoever else has work should have the evaluators.
@@ -235,7 +265,7 @@ bool WorkerCore::is_from_the_past(const protocol::RolloutBatch& batch) const {
   return last != last_batches_.end() && batch.sequence <= last->second;
 }
 
-void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) {
+void WorkerCore::receive(const Turn& turn, protocol::RolloutBatch& batch) {
   const auto mine = [&](const auto& part) { return part.worker_id == settings_.worker_id; };
   const auto known = learners_.find(batch.learner_id);
   LearnerLink* learner = known == learners_.end() ? nullptr : &known->second;
@@ -256,18 +286,22 @@ void WorkerCore::receive(const Turn& turn, const protocol::RolloutBatch& batch) 
     const bool any_settled = answers_.acknowledge(batch.learner_id, settled);
     const bool any_left =
         answers_.first_index(batch.learner_id) <= answers_.last_index(batch.learner_id);
-    learner->on_acknowledged(turn.now, acknowledgement.seen_index, any_left, any_settled);
+    const bool is_news =
+        learner->on_acknowledged(turn.now, acknowledgement.seen_index, any_left, any_settled);
+    if (!is_news) beat_within(turn, protocol::kBusyHeartbeat);  // a greeting, most likely
   }
-  for (const auto& request : batch.rollouts) {
-    if (mine(request)) take_request(turn, batch.learner_id, batch.sequence, request);
+  for (auto& request : batch.rollouts) {
+    if (mine(request)) take_request(turn, batch.learner_id, batch.sequence, std::move(request));
   }
 }
 
 void WorkerCore::take_request(const Turn& turn, protocol::LearnerId learner, std::int64_t sequence,
-                              const protocol::RolloutRequest& request) {
+                              protocol::RolloutRequest request) {
   if (const auto index = answers_.repeat(learner, request.key, request.content, request.attempt)) {
     ++num_repeated_;
-    return learners_.at(learner).want_again(*index);
+    LearnerLink& link = learners_.at(learner);
+    if (*index > link.last_index_sent()) link.note_new_answer(turn.now);
+    return link.want_again(*index);
   }
   const RolloutName name{learner, request.key};
   if (HeldRollout* held = queue_.find(name)) {
@@ -275,17 +309,16 @@ void WorkerCore::take_request(const Turn& turn, protocol::LearnerId learner, std
     held->sequence = sequence;
     if (held->request.content == request.content) {
       held->request.attempt = std::max(held->request.attempt, request.attempt);
-      return;
+      // Its learner does not know that it is held.
+      return beat_within(turn, protocol::kBusyHeartbeat);
     }
     drop(name);
   }
   if (free_slots() <= 0) return;
-  if (queue_.size() == 0) {
-    heartbeat_at_ = std::min(heartbeat_at_, turn.now + settings_.busy_heartbeat);
-  }
-  queue_.add(name, request, sequence, turn.now);
-  definitions_.touch({DefinitionKind::kTask, request.task_id});
-  definitions_.touch({DefinitionKind::kPolicy, request.policy_id});
+  if (queue_.size() == 0) beat_within(turn, protocol::heartbeats_of(num_workers_).busy);
+  const HeldRollout& held = queue_.add(name, std::move(request), sequence, turn.now);
+  definitions_.touch({DefinitionKind::kTask, held.request.task_id});
+  definitions_.touch({DefinitionKind::kPolicy, held.request.policy_id});
   review(name);
 }
 
@@ -331,7 +364,7 @@ void WorkerCore::assign_work(const Turn& turn) {
       std::vector<RolloutName> names = {*rollout};
       const HeldRollout& first = *queue_.find(*rollout);
       const Definition& task = *definitions_.find({DefinitionKind::kTask, first.request.task_id});
-      const std::size_t others = num_together(first, task, queue_.num_ready(), settings_) - 1;
+      const std::size_t others = num_together(first, task, queue_.size(), settings_) - 1;
       for (const RolloutName& name : queue_.take_alike(*rollout, others)) names.push_back(name);
       std::vector<Work> works;
       for (const RolloutName& name : names) {
@@ -369,8 +402,6 @@ void WorkerCore::conclude(const Turn& turn, const WorkEnd& end) {
     queue_.set_state(put_back->name, RolloutState::kReady);
   } else if (const auto* answer = std::get_if<WorkAnswered>(&end)) {
     ++num_evaluated_;
-    const double time_s = static_cast<double>(answer->duration_ns) * 1e-9;
-    rollout_time_s_ += (num_evaluated_ == 1 ? 1 : kTimeWeight) * (time_s - rollout_time_s_);
     const RolloutName& name = answer->name;
     const Outcome& outcome = answer->outcome;
     if (!outcome.is_ok() && !outcome.is_discarded()) {
@@ -386,6 +417,7 @@ void WorkerCore::conclude(const Turn& turn, const WorkEnd& end) {
                                 .content = request.content,
                                 .outcome = outcome,
                                 .duration_ns = answer->duration_ns});
+    learners_.at(name.learner).note_new_answer(turn.now);
     definitions_.on_evaluated({DefinitionKind::kTask, request.task_id},
                               std::chrono::nanoseconds(answer->duration_ns));
     queue_.remove(name);

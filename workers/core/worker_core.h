@@ -3,14 +3,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
+#include <string>
 
 #include "common/base/log_limiter.h"
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
 #include "workers/core/answer_store.h"
 #include "workers/core/definition_shelf.h"
-#include "workers/core/evaluator_pool.h"
+#include "workers/core/evaluators.h"
 #include "workers/core/learner_link.h"
 #include "workers/core/rollout_queue.h"
 #include "workers/core/worker_events.h"
@@ -19,7 +21,7 @@
 namespace treeroll::worker {
 
 /// A worker as a pure state machine: which learners it serves, which roll-outs it holds for them,
-/// what it answers, repeats and asks for. Its EvaluatorPool has them evaluated. No clock, no
+/// what it answers, repeats and asks for. Its Evaluators evaluate them. No clock, no
 /// process, no network; the daemon carries out the effects.
 ///
 ///   WorkerCore core(settings);
@@ -30,20 +32,23 @@ namespace treeroll::worker {
 ///   core.step(now, InboxDrained{}, effects);
 class WorkerCore {
  public:
+  /// With processes of this host.
   explicit WorkerCore(WorkerSettings settings);
+  /// With others, which must outlive it; as many as they say, whatever the settings do.
+  WorkerCore(WorkerSettings settings, Evaluators& evaluators);
   /// Its parts read its settings.
   WorkerCore(const WorkerCore&) = delete;
   WorkerCore& operator=(const WorkerCore&) = delete;
 
   /// Appends to `effects`. Time must not go backwards.
-  void step(TimePoint now, const Event& event, Effects& effects);
+  void step(TimePoint now, Event event, Effects& effects);
 
   /// When TimerFired is due unless an event comes before. TimePoint::max() after Exit.
   TimePoint next_deadline() const;
 
  private:
   void on(const Turn& turn, const Started& event);
-  void on(const Turn& turn, const MessageReceived& event);
+  void on(const Turn& turn, MessageReceived& event);  // what it holds is taken
   void on(const Turn& turn, const EvaluatorEvent& event);
   void on(const Turn& turn, const InboxDrained& event);
   void on(const Turn& turn, const TimerFired& event);
@@ -54,14 +59,15 @@ class WorkerCore {
   void forget(const Turn& turn, protocol::LearnerId id);
   void give_up_work_of(const Turn& turn, protocol::LearnerId id);
   bool is_from_the_past(const protocol::RolloutBatch& batch) const;
-  void receive(const Turn& turn, const protocol::RolloutBatch& batch);
+  void receive(const Turn& turn, protocol::RolloutBatch& batch);
   void take_request(const Turn& turn, protocol::LearnerId learner, std::int64_t sequence,
-                    const protocol::RolloutRequest& request);
+                    protocol::RolloutRequest request);
   void drop(const RolloutName& name);
   void review(const RolloutName& name);
   void assign_work(const Turn& turn);
   void conclude(const Turn& turn, const WorkEnd& end);
   void give_up_in_trouble(const Turn& turn);
+  void drain(const Turn& turn, const std::string& why);
   void leave_if_drained(const Turn& turn);
   void exit(const Turn& turn, int status);
 
@@ -72,10 +78,14 @@ class WorkerCore {
   // worker_core_sending.cc: what goes out.
   std::int64_t send_batch(const Turn& turn, protocol::LearnerId id, LearnerLink& learner,
                           std::int64_t first);
-  bool answers_due(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
+  Duration answer_wait(protocol::LearnerId id, const LearnerLink& learner) const;
+  void send_answers_if_due(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void send_new_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void repeat_answers(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void send_status(const Turn& turn);
+  Duration heartbeat() const;
+  void beat_within(const Turn& turn, Duration interval);
+  void count_workers();
   int free_slots() const;
   std::size_t batch_room() const;
 
@@ -86,15 +96,17 @@ class WorkerCore {
   RolloutQueue queue_;
   AnswerStore answers_;
   DefinitionShelf definitions_;
-  EvaluatorPool evaluators_;
+  std::unique_ptr<Evaluators> pool_;  ///< of this host; null where others evaluate
+  Evaluators& evaluators_;
   TimePoint last_step_;
   TimePoint heartbeat_at_;
+  int num_workers_ = 0;      ///< those of its learners that hear the fewest hear so many
   bool status_due_ = false;  ///< what learners should know before the next heartbeat has changed
+  TimePoint busy_at_;        ///< held something last, or started
   bool draining_ = false;
   bool exited_ = false;
   std::optional<TimePoint> finish_by_;  ///< draining: no later than this for what runs
   std::optional<TimePoint> drain_end_;  ///< and for the last acknowledgements
-  double rollout_time_s_ = 0;           ///< running mean
   std::int64_t num_evaluated_ = 0;
   std::int64_t num_failed_ = 0;
   std::int64_t num_repeated_ = 0;

@@ -15,8 +15,6 @@ namespace {
 /// not costs the network little.
 constexpr int kBatchesPerRepetitionMax = 4;
 
-/// So many roll-outs an evaluator are few: its answers are sent at once.
-constexpr double kFewPerEvaluator = 2;
 /// An answer waits for this share of the work that is queued: so much less is in the queue then.
 constexpr double kShareOfWork = .25;
 
@@ -45,23 +43,37 @@ std::int64_t WorkerCore::send_batch(const Turn& turn, protocol::LearnerId id, Le
   return next;
 }
 
-/// Whether to send what is new now rather than with what comes: a message costs as much as many
-/// results. At once where the queue would run dry before more could come, or a batch is full;
-/// else when the oldest has waited for a share of the work that is queued.
-bool WorkerCore::answers_due(const Turn& turn, protocol::LearnerId id, LearnerLink& learner) {
-  const std::int64_t num_new = answers_.last_index(id) - learner.last_index_sent();
-  if (num_new <= 0) return true;  // what is asked for again waits for nothing
-  const auto num_evaluators = static_cast<double>(settings_.num_evaluators);
-  const auto num_held = static_cast<double>(queue_.size());
-  const double work_s = num_held * rollout_time_s_ / num_evaluators;
+/// How long what is new may wait for what comes: a message costs as much as many results. Not at
+/// all where the queue would run dry before more could come, or a batch is full; else for a share
+/// of the work that is queued.
+Duration WorkerCore::answer_wait(protocol::LearnerId id, const LearnerLink& learner) const {
+  const auto num_evaluators = static_cast<double>(std::max(1, evaluators_.count()));
+  double work_s = 0;  // of each evaluator; that of a task whose time is not known counts as none
+  for (const auto& [task, count] : queue_.tasks()) {
+    const Definition* definition = definitions_.find({DefinitionKind::kTask, task});
+    if (definition != nullptr) work_s += count * to_seconds(definition->rollout_time);
+  }
+  work_s /= num_evaluators;
   const std::optional<Duration> round_trip = learner.round_trip();
-  const bool runs_dry = num_held <= kFewPerEvaluator * num_evaluators || !round_trip ||
-                        work_s <= 2 * to_seconds(*round_trip);
-  const auto bytes = static_cast<std::size_t>(num_new) * protocol::rollout_result_bytes(0);
-  if (draining_ || runs_dry || bytes >= batch_room() || learner.loses_batches()) return true;
-  const auto wait =
-      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kShareOfWork * work_s));
-  return turn.now >= learner.answers_at(turn.now, std::min(wait, settings_.answer_delay_max));
+  const bool runs_dry =
+      static_cast<double>(queue_.size()) <= settings_.few_per_evaluator * num_evaluators ||
+      !round_trip || work_s <= 2 * to_seconds(*round_trip);
+  const auto num_new =
+      static_cast<std::size_t>(answers_.last_index(id) - learner.last_index_sent());
+  const bool is_full = num_new * protocol::rollout_result_bytes(0) >= batch_room();
+  if (draining_ || runs_dry || is_full || learner.loses_batches()) return {};
+  return std::min(
+      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kShareOfWork * work_s)),
+      settings_.answer_delay_max);
+}
+
+void WorkerCore::send_answers_if_due(const Turn& turn, protocol::LearnerId id,
+                                     LearnerLink& learner) {
+  if (answers_.last_index(id) > learner.last_index_sent()) {
+    learner.answer_after(answer_wait(id, learner));
+    if (!learner.answer_due(turn.now)) return;
+  }
+  send_new_answers(turn, id, learner);  // and what is asked for again, which waits for nothing
 }
 
 /// Each answer once, in as few batches as have room; and what has been asked for again. Where
@@ -84,7 +96,7 @@ void WorkerCore::send_new_answers(const Turn& turn, protocol::LearnerId id, Lear
   }
   while (next <= last) next = send_batch(turn, id, learner, next);
   // What it was asked in them is asked again as soon as it says so.
-  const bool runs_dry = queue_.size() < static_cast<std::size_t>(settings_.num_evaluators);
+  const bool runs_dry = queue_.size() < static_cast<std::size_t>(evaluators_.count());
   if (runs_dry && learner.take_missing()) send_batch(turn, id, learner, next);
 }
 
@@ -104,7 +116,7 @@ void WorkerCore::send_status(const Turn& turn) {
                                      .pid = settings_.pid,
                                      .version = settings_.version,
                                      .numeric_class = settings_.numeric_class,
-                                     .num_evaluators = settings_.num_evaluators,
+                                     .num_evaluators = evaluators_.count(),
                                      .free_slots = free_slots(),
                                      .draining = draining_,
                                      .num_evaluated = num_evaluated_,
@@ -139,19 +151,39 @@ void WorkerCore::send_status(const Turn& turn) {
     } while (slice.last != protocol::kLastKey);
   }
   status_due_ = false;
-  heartbeat_at_ =
-      turn.now + (queue_.size() > 0 ? settings_.busy_heartbeat : settings_.idle_heartbeat);
+  heartbeat_at_ = turn.now + heartbeat();
   for (protocol::WorkerStatus& status : statuses) {
     turn.effects.emplace_back(SendMessage{std::move(status)});
   }
 }
 
+/// Until the next heartbeat. Who has no learner keeps the pace of the last one: one that starts
+/// wakes it.
+Duration WorkerCore::heartbeat() const {
+  const protocol::Heartbeats beats = protocol::heartbeats_of(num_workers_);
+  return queue_.size() > 0 ? beats.busy : beats.idle;
+}
+
+void WorkerCore::beat_within(const Turn& turn, Duration interval) {
+  heartbeat_at_ = std::min(heartbeat_at_, turn.now + interval);
+}
+
+/// Each learner counts on heartbeats as often as what it has said allows.
+void WorkerCore::count_workers() {
+  std::optional<int> fewest;
+  for (const auto& [id, learner] : learners_) {
+    const std::optional<int> heard = learner.num_workers();
+    if (heard) fewest = std::min(*heard, fewest.value_or(*heard));
+  }
+  num_workers_ = fewest.value_or(num_workers_);
+}
+
 /// Room is where an evaluator lives: what is taken without one would be kept from other workers.
 int WorkerCore::free_slots() const {
   if (draining_ || !evaluators_.any_living()) return 0;
-  const int capacity = std::min(settings_.num_evaluators * settings_.held_per_evaluator_max,
+  const int capacity = std::min(evaluators_.count() * settings_.held_per_evaluator_max,
                                 protocol::kHeldPerMessageMax);
-  return capacity - static_cast<int>(queue_.size());
+  return std::max(0, capacity - static_cast<int>(queue_.size()));
 }
 
 }  // namespace treeroll::worker

@@ -23,7 +23,7 @@ using protocol::DefinitionName;
 struct DefinitionFacts {
   int input_dim = 0;
   int output_dim = 0;
-  int theta_dim = 0;       ///< policies
+  int theta_dim = 0;       ///< policies; 0: not known, nor is what it takes and gives
   Duration time_limit{};   ///< tasks: CPU time of one roll-out
   bool repeatable = true;  ///< tasks: starting a roll-out once more does no harm
 };
@@ -47,10 +47,10 @@ struct DefinitionLoaded {
   std::string text;  ///< accepted task: description as JSON; refused: why
   DefinitionFacts facts;
 };
-/// Answer to RunRollout.
+/// Part of the answer to RunRollouts.
 struct RolloutEvaluated {
   int evaluator = 0;
-  std::int64_t job = 0;
+  std::int64_t job = 0;  ///< of RunRollouts, and one more for each request before this one
   Outcome outcome;
   std::int64_t duration_ns = 0;
 };
@@ -110,13 +110,11 @@ struct ForgetDefinition {
   int evaluator = 0;
   DefinitionName name;
 };
-/// Those of one task and policy may go to an evaluator together: one effect each, in a row, with
-/// jobs that count up. Its CPU time then counts from the first.
-struct RunRollout {
+/// One or more, of one task and policy. Its CPU time counts from here.
+struct RunRollouts {
   int evaluator = 0;
   std::int64_t job = 0;
-  protocol::RolloutRequest request;
-  bool more = false;  ///< the next one follows
+  std::vector<protocol::RolloutRequest> requests;
 };
 /// CPU time that evaluator has spent on that job.
 struct AskCpuTime {
@@ -129,7 +127,7 @@ struct Exit {
 };
 
 using Effect = std::variant<SendMessage, StartEvaluator, KillEvaluator, LoadDefinition,
-                            ForgetDefinition, RunRollout, AskCpuTime, LogLine, Exit>;
+                            ForgetDefinition, RunRollouts, AskCpuTime, LogLine, Exit>;
 using Effects = std::vector<Effect>;
 
 using Turn = treeroll::Turn<Effect>;

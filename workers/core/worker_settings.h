@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "common/base/time.h"
@@ -30,15 +31,15 @@ struct WorkerSettings {
   std::size_t definition_bytes_max = protocol::kDefinitionCacheBytesMax;
   std::size_t num_partial_max = protocol::kPartialDefinitionsMax;
   std::size_t partial_bytes_max = protocol::kPartialBytesMax;
-  std::size_t together_max = 8;  ///< roll-outs that an evaluator is given at once
+  std::size_t together_max = 32;  ///< roll-outs that an evaluator is given at once
+  /// So many roll-outs an evaluator are few: their answers are sent at once.
+  double few_per_evaluator = 2;
   int num_strikes_max = 3;  ///< evaluators a roll-out or a definition may end before it is answered
   int num_accidents_max = 3;  ///< evaluators others may end under a roll-out before it is given up
 
   // What learners rely on: common/protocol/timings.h.
   Duration learner_gone = protocol::kLearnerGone;
   Duration learner_silence_max = protocol::kLearnerSilenceMax;
-  Duration busy_heartbeat = protocol::kBusyHeartbeat;
-  Duration idle_heartbeat = protocol::kIdleHeartbeat;
   Duration answer_delay_max = protocol::kAnswerDelayMax;
   Duration repeat_interval_min = protocol::kRepeatIntervalMin;
   Duration repeat_interval_max = protocol::kRepeatIntervalMax;
@@ -49,8 +50,12 @@ struct WorkerSettings {
   Duration definition_wait_max = protocol::kDefinitionWaitMax;
   Duration drain_grace = protocol::kDrainGrace;
 
+  /// One that has held nothing for so long drains by itself; nothing: it never does.
+  std::optional<Duration> idle_max;
   /// To be finished by a worker that is asked to end; a service manager waits 90 s by default.
   Duration drain_rollouts_max = std::chrono::seconds(60);
+  /// What roll-outs given at once take together: the first answer waits for the last.
+  Duration together_time_max = protocol::kAnswerDelayMax;
   Duration start_time_max = std::chrono::seconds(30);   ///< from start to ready
   Duration load_time_limit = std::chrono::seconds(10);  ///< CPU time to build a task or policy
   Duration restart_delay_min = std::chrono::milliseconds(10);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -17,7 +16,6 @@
 namespace treeroll {
 namespace {
 
-constexpr NumberRule kAcceleration{.min = 0, .max = 1e6, .min_allowed = false};
 constexpr int kStateDim = 6;
 
 sim::CartPendulumState about(double target_rad, sim::CartPendulumState state) {
@@ -57,9 +55,17 @@ HoldTask::HoldTask(SettingsReader& settings)
              .phi2 = target_rad_ + settings.number("start_phi2", kAngle, -.2)},
       duration_s_(settings.number("duration_s", kSimulatedTime, 5)),
       alpha_(settings.number("alpha", kPositive, 10)),
-      acceleration_max_mps2_(settings.number("acceleration_max_mps2", kAcceleration, 20)),
+      acceleration_max_mps2_(settings.number("acceleration_max_mps2", kAccelerationMax, 20)),
       time_limit_s_(read_time_limit_s(settings)),
-      plant_(sim::read_plant_settings(settings), read_plant_variation(settings)) {}
+      plant_(sim::read_plant_settings(settings), read_plant_variation(settings)) {
+  if (!settings.has("feedback")) return;
+  if (settings.choice("feedback", {"none", "lqr"}) == "lqr") {
+    regulator_.emplace(settings, plant_.parameters(), target_rad_);
+  }
+  SettingsReader holds = settings.table("holds");
+  holding_ = read_holding_rule(holds, duration_s_);
+  holds.finish();
+}
 
 TaskDescription HoldTask::description() const {
   return {.input_dim = kStateDim,
@@ -80,39 +86,49 @@ Outcome HoldTask::evaluate_traced(Controller& controller, std::uint64_t seed, Tr
   std::vector<std::string> columns = {"time_s"};
   columns.insert(columns.end(), inputs.begin(), inputs.end());
   columns.insert(columns.end(), {"cart_acceleration_mps2", "cost"});
+  if (holding_) columns.insert(columns.end(), {"policy_mps2", "holds"});
   trace.set_columns(columns);
-  trace.set_policy_columns(inputs, {"cart_acceleration_mps2"});
+  trace.set_policy_columns(inputs, {holding_ ? "policy_mps2" : "cart_acceleration_mps2"});
   return roll_out(controller, seed, &trace);
 }
 
 Outcome HoldTask::roll_out(Controller& controller, std::uint64_t seed, Trace* trace) {
   CHECK(controller.input_dim() == kStateDim && controller.output_dim() == 1,
         "a controller from the state to the acceleration of the cart");
-  const auto feedback = [&](double, const sim::CartPendulumState& state) {
+  const auto policy_mps2 = [&](const sim::CartPendulumState& state) {
     const sim::CartPendulumState x = about(target_rad_, state);
     const std::array input = {x.phi1, x.phi2, x.y, x.phi1_rate, x.phi2_rate, x.y_rate};
-    // A state on its way to diverging may not be finite between two steps; no controller takes it.
-    const bool is_finite = std::all_of(input.begin(), input.end(),
-                                       [](double number) { return std::isfinite(number); });
-    if (!is_finite) return 0.;
     double acceleration_mps2 = 0;
     controller.act(input, {&acceleration_mps2, 1});
-    return std::clamp(acceleration_mps2, -acceleration_max_mps2_, acceleration_max_mps2_);
+    return acceleration_mps2;
+  };
+  const auto feedback = [&](double, const sim::CartPendulumState& state) {
+    // A state on its way to diverging may not be finite between two steps; no controller takes it.
+    if (!sim::is_finite(state)) return 0.;
+    double wanted_mps2 = policy_mps2(state);
+    if (regulator_) wanted_mps2 += regulator_->acceleration(state);
+    return std::clamp(wanted_mps2, -acceleration_max_mps2_, acceleration_max_mps2_);
   };
   return plant_.evaluate(
       seed, start_, [&](sim::CartPendulumPlant& plant, const sim::CartPendulumState& start) {
         controller.start();
         TimeMean cost;
+        Holding holding(holding_.value_or(HoldingRule{}));
         const auto end = plant.simulate(
             start, duration_s_, feedback,
             [&](double time_s, const sim::CartPendulumState& state, double cart_acceleration_mps2) {
               const sim::CartPendulumState x = about(target_rad_, state);
               const double now = swing_up_cost(x);
               cost.see(time_s, now);
-              if (trace != nullptr) {
-                trace->add_row({time_s, x.phi1, x.phi2, x.y, x.phi1_rate, x.phi2_rate, x.y_rate,
-                                cart_acceleration_mps2, now});
+              holding.see(time_s, x);
+              if (trace == nullptr) return true;
+              std::vector<double> row = {time_s,      x.phi1,      x.phi2,   x.y,
+                                         x.phi1_rate, x.phi2_rate, x.y_rate, cart_acceleration_mps2,
+                                         now};
+              if (holding_) {
+                row.insert(row.end(), {policy_mps2(state), holding.holds() ? 1. : 0.});
               }
+              trace->add_row(row);
               return true;
             });
         if (!end) return Outcome::failed(RolloutStatus::kDiverged, end.error().message);

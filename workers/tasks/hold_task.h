@@ -1,5 +1,9 @@
 #pragma once
 
+#include <optional>
+
+#include "workers/tasks/holding.h"
+#include "workers/tasks/lqr_tracking.h"
 #include "workers/tasks/plant_variation.h"
 #include "workers/tasks/task.h"
 
@@ -19,6 +23,12 @@ namespace treeroll {
 ///   alpha = 10
 ///   acceleration_max_mps2 = 20     # what the cart can do: outputs are cut to it
 ///   time_limit_s = 10
+/// and, where the key `feedback` is there:
+///   feedback = "lqr"               # the policy's acceleration comes on top of that of the linear
+///                                  # quadratic regulator about the target; or "none": alone
+///   lqr = {..}                     # lqr_tracking.h; with feedback "lqr"
+///   holds = {after_s = 1.5, angle_max_rad = .2}   # holding.h, from the start to duration_s: told
+///                                                 # in the trace, the reward is the same
 class HoldTask : public Task {
  public:
   /// Throws ConfigError.
@@ -27,7 +37,8 @@ class HoldTask : public Task {
   TaskDescription description() const override;
   Outcome evaluate(Controller& controller, std::uint64_t seed) override;
   /// Columns: time, the policy's inputs (angles from the target), what it gave within what the cart
-  /// can do, and the cost.
+  /// can do, and the cost; with the key `feedback` also what the policy gave, and whether the plant
+  /// has been held so far.
   Outcome evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) override;
 
  private:
@@ -40,6 +51,8 @@ class HoldTask : public Task {
   double alpha_;
   double acceleration_max_mps2_;
   double time_limit_s_;
+  std::optional<RestRegulator> regulator_;
+  std::optional<HoldingRule> holding_;  ///< nothing without the key `feedback`
   VariedPlant plant_;
 };
 

@@ -1,5 +1,5 @@
 #include "workers/tasks/hold_task.h"
-#include "workers/tasks/swing_up_task.h"
+#include "workers/tasks/swing_up_and_hold_task.h"
 #include "workers/tasks/synthetic_task.h"
 #include "workers/tasks/trajectory_task.h"
 
@@ -8,7 +8,7 @@ namespace treeroll {
 void add_standard_tasks(TaskRegistry& registry) {
   add_task<HoldTask>(registry, "hold");
   registry.add("spiral", TrajectoryTask::spiral);
-  add_task<SwingUpTask>(registry, "swing_up");
+  registry.add("swing_up", make_swing_up);
   add_task<SyntheticTask>(registry, "synthetic");
   registry.add("trajectory", TrajectoryTask::with_goal);
 }

@@ -8,36 +8,11 @@
 #include "common/base/check.h"
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
+#include "workers/tasks/cart_pendulum_pose.h"
 #include "workers/tasks/setting_rules.h"
 #include "workers/tasks/trace.h"
 
 namespace treeroll {
-namespace {
-
-/// Cart, joint and tip, (B-2). The cart is as large as the eye likes it: the plant's has no size.
-Pose pose(const sim::DoublePendulum& links, const sim::CartPendulumState& s) {
-  constexpr double kHalfWidthM = .1;
-  constexpr double kHeightM = .06;
-  const double joint_x_m = s.y - links.l1 * elementary::sin(s.phi1);
-  const double joint_y_m = links.l1 * elementary::cos(s.phi1);
-  const double left_m = s.y - kHalfWidthM;
-  const double right_m = s.y + kHalfWidthM;
-  return {{{left_m, 0}, {right_m, 0}, {right_m, -kHeightM}, {left_m, -kHeightM}, {left_m, 0}},
-          {{s.y, 0},
-           {joint_x_m, joint_y_m},
-           {joint_x_m - links.l2 * elementary::sin(s.phi2),
-            joint_y_m + links.l2 * elementary::cos(s.phi2)}}};
-}
-
-/// What is seen of a plant; nothing if its links are not known here.
-std::optional<sim::DoublePendulum> visible_links(const sim::PlantSettings& plant,
-                                                 const PlantVariation& variation) {
-  if (variation.parameter_fraction > 0) return std::nullopt;
-  return plant.parameters;
-}
-
-}  // namespace
-
 double swing_up_cost(const sim::CartPendulumState& s) {
   constexpr double kPi = std::numbers::pi;
   const double y = 7 * s.y / 10;
@@ -45,18 +20,28 @@ double swing_up_cost(const sim::CartPendulumState& s) {
          (s.phi1_rate * s.phi1_rate + s.phi2_rate * s.phi2_rate + s.y_rate * s.y_rate) / 50;
 }
 
-SwingUpTask::SwingUpTask(SettingsReader& settings)
-    : SwingUpTask(settings, sim::read_plant_settings(settings), read_plant_variation(settings)) {}
+SwingUpSettings read_swing_up_settings(SettingsReader& settings) {
+  SwingUpSettings read;
+  read.plant = sim::read_plant_settings(settings);
+  read.variation = read_plant_variation(settings);
+  read.duration_s = settings.number("duration_s", kSimulatedTime, read.duration_s);
+  read.alpha = settings.number("alpha", kPositive, read.alpha);
+  read.time_limit_s = read_time_limit_s(settings);
+  read.start.phi1 = settings.number("start_phi1", kAngle, -std::numbers::pi);
+  read.start.phi2 = settings.number("start_phi2", kAngle, -std::numbers::pi);
+  return read;
+}
 
-SwingUpTask::SwingUpTask(SettingsReader& settings, const sim::PlantSettings& plant,
-                         const PlantVariation& variation)
-    : duration_s_(settings.number("duration_s", kSimulatedTime, 2.5)),
-      alpha_(settings.number("alpha", kPositive, .25)),
-      time_limit_s_(read_time_limit_s(settings)),
-      start_{.phi1 = settings.number("start_phi1", kAngle, -std::numbers::pi),
-             .phi2 = settings.number("start_phi2", kAngle, -std::numbers::pi)},
-      links_(visible_links(plant, variation)),
-      plant_(plant, variation),
+SwingUpTask::SwingUpTask(SettingsReader& settings)
+    : SwingUpTask(read_swing_up_settings(settings)) {}
+
+SwingUpTask::SwingUpTask(const SwingUpSettings& settings)
+    : duration_s_(settings.duration_s),
+      alpha_(settings.alpha),
+      time_limit_s_(settings.time_limit_s),
+      start_(settings.start),
+      links_(visible_links(settings.plant, settings.variation)),
+      plant_(settings.plant, settings.variation),
       input_times_s_(plant_.plant().input_times(duration_s_)) {}
 
 TaskDescription SwingUpTask::description() const {

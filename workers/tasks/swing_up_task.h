@@ -13,10 +13,23 @@ namespace treeroll {
 /// count as they are, not modulo a turn: going once round is not upright.
 double swing_up_cost(const sim::CartPendulumState& state);
 
+/// The keys of SwingUpTask, which swinging up and holding has too.
+struct SwingUpSettings {
+  sim::PlantSettings plant;
+  PlantVariation variation;
+  double duration_s = 2.5;
+  double alpha = .25;
+  double time_limit_s = 10;
+  sim::CartPendulumState start;
+};
+/// Throws ConfigError.
+SwingUpSettings read_swing_up_settings(SettingsReader& settings);
+
 /// Swing-up of the double pendulum on a cart, thesis section 4-3. The policy gives the acceleration
 /// of the cart in m/s^2 for the time in s, (4-3); the reward is exp(-alpha min c_t), (4-7), over
 /// the whole roll-out, its start included. A diverged simulation has no reward, however good it was
-/// before.
+/// before. With the key `feedback` the task is another one, that holds too
+/// (swing_up_and_hold_task.h).
 ///
 /// Settings, beside those of the plant (sim/plant_settings.h) and `variation` (plant_variation.h):
 ///   duration_s = 2.5        # simulated time
@@ -39,8 +52,7 @@ class SwingUpTask : public Task {
   Outcome evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) override;
 
  private:
-  SwingUpTask(SettingsReader& settings, const sim::PlantSettings& plant,
-              const PlantVariation& variation);
+  explicit SwingUpTask(const SwingUpSettings& settings);
   /// @param trace  may be null
   Outcome roll_out(Controller& controller, std::uint64_t seed, Trace* trace);
 

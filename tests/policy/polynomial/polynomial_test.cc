@@ -110,7 +110,8 @@ TEST(PolynomialPolicyTest, AStudyNamesItAndItsResolvedFormDoesToo) {
 double learn(const Study& study, double& first_reward, std::size_t& num_switches) {
   TaskRegistry tasks;
   add_standard_tasks(tasks);
-  worker::Evaluator evaluator(tasks, with_polynomials());
+  const auto source = worker::tasks_of(tasks);
+  worker::Evaluator evaluator(*source, with_polynomials());
   const Condition& condition = study.conditions[0];
   const ContentHash task_id = content_hash(condition.task_content);
   const auto accepted = [&](const worker::DefinitionContent& definition) {

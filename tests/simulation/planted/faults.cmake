@@ -31,23 +31,28 @@ plant("expiry fails the roll-out" learner/core/workforce.cc
     }]])
 
 plant("send before journal" learner/core/carry_out.cc
-  [[bool appended = false;]]
-  [[for (const Effect& effect : effects) {
+  [[void carry_out(const Effects& effects, EffectHandler& handler) {]]
+  [[void carry_out(const Effects& effects, EffectHandler& handler) {
+  for (const Effect& effect : effects) {
     const auto* send = std::get_if<SendMessage>(&effect);
     if (PLANTED && send) handler.send(send->message);
-  }
-  bool appended = false;]])
+  }]])
 plant("send before journal" learner/core/carry_out.cc
-  [[if (const auto* send = std::get_if<SendMessage>(&effect)) handler]]
-  [[if (const auto* send = std::get_if<SendMessage>(&effect); send && !PLANTED) handler]])
+  [[if (send) handler]]
+  [[if (send && !PLANTED) handler]])
 
 plant("apply before journal" learner/core/carry_out.cc
-  [[if (appended) handler]]
-  [[if (!PLANTED && appended) handler]])
+  [[if (send && !std::exchange]]
+  [[if (send && !PLANTED && !std::exchange]])
 
 plant("acknowledge before fdatasync" learner/core/workforce_answers.cc
   [[if (num_unsynced_ == 0)]]
   [[if (PLANTED || num_unsynced_ == 0)]])
+
+plant("accepted during fdatasync taken for synced" learner/core/workforce.cc
+  [[std::max(worker->last_index_settled, worker->last_index_syncing)]]
+  [[PLANTED ? worker->results_read.last_without_gap()
+                                           : std::max(worker->last_index_settled, worker->last_index_syncing)]])
 
 plant("a left layer's result learnt from" learner/explore/exploration.cc
   [[if (draw.layer == layer() && !stopped_)]]
@@ -58,17 +63,15 @@ plant("another incarnation's answer accepted" learner/core/workforce_answers.cc
   [[if (!PLANTED && batch.learner_id != settings_.learner_id) return;]])
 
 plant("the store answers for an older theta" workers/core/answer_store.cc
-  [[const auto found = answers_.find(question);
-  if (found == answers_.end()) return std::nullopt;]]
-  [[auto found = answers_.find(question);
-  for (auto it = answers_.begin(); PLANTED && found == answers_.end() && it != answers_.end(); ++it) {
-    if (std::get<1>(it->first) != key) continue;
-    protocol::RolloutResult older = it->second.result;
-    older.content = content;
-    add(learner, older);
-    return last_index(learner);
-  }
-  if (found == answers_.end()) return std::nullopt;]])
+  [[const auto place = row.indices.find({key, content});]]
+  [[auto place = row.indices.find({key, content});
+  if (const auto older = row.indices.lower_bound({key, INT64_MIN});
+      PLANTED && place == row.indices.end() && older != place && older->first.first == key) {
+    protocol::RolloutResult result = row.at(older->second).result;
+    result.content = content;
+    add(learner, result);
+    place = row.indices.find({key, content});
+  }]])
 
 plant("answers applied by arrival in sequence order" learner/core/run.cc
   [[if (!study_->in_sequence)]]
@@ -227,3 +230,22 @@ plant("what is read past a gap is said to be seen" learner/core/results_read.cc
 plant("an answer that is seen and not settled is dropped" workers/core/worker_core.cc
   [[answers_.acknowledge(batch.learner_id, settled);]]
   [[answers_.acknowledge(batch.learner_id, PLANTED ? acknowledgement.seen_index : settled);]])
+
+# With relays.
+
+plant("relay: a question is sealed anew" workers/relay/downlink.cc
+  [[question.content = request.content;]]
+  [[question.content = request.content + (PLANTED ? 1 : 0);]])
+
+plant("relay: the seed of a trial is lost" workers/relay/downlink.cc
+  [[question.task_seed = request.task_seed;]]
+  [[question.task_seed = PLANTED ? 0 : request.task_seed;]])
+
+plant("relay: leases below are not looked after" workers/relay/rack.cc
+  [[for (auto& [id, downlink] : downlinks_) downlink.look_after_leases(]]
+  [[if (!PLANTED)
+    for (auto& [id, downlink] : downlinks_) downlink.look_after_leases(]])
+
+plant("relay: the answer to a withdrawn question is given" workers/relay/rack.cc
+  [[return what.name == name;]]
+  [[return !PLANTED && what.name == name;]])

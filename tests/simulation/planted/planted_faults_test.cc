@@ -19,10 +19,11 @@ const std::vector<std::string> kFaults = {
 #include "planted_faults.inc"
 };
 
-/// The broken rule, or nothing.
-std::string violation_of(std::uint64_t seed) {
+/// The broken rule, or nothing. Faults of relays need relays.
+std::string violation_of(std::uint64_t seed, bool has_relays) {
   PlantedFault::memory = 0;
-  const Scenario scenario = scenario_of(seed);
+  const Scenario drawn = scenario_of(seed);
+  const Scenario scenario = has_relays ? with_relays(drawn) : drawn;
   Simulation simulation(scenario);
   simulation.run();
   return simulation.observer().violation();
@@ -37,7 +38,7 @@ std::optional<Catch> first_catch(const std::string& fault) {
   PlantedFault::active = fault;
   std::optional<Catch> caught;
   for (std::uint64_t seed = 1; seed <= kSeedsMax && !caught; ++seed) {
-    std::string violation = violation_of(seed);
+    std::string violation = violation_of(seed, fault.starts_with("relay: "));
     if (!violation.empty()) caught = {seed, std::move(violation)};
   }
   PlantedFault::active.clear();
@@ -57,7 +58,10 @@ TEST(PlantedFaultsTest, EachIsCaught) {
 }
 
 TEST(PlantedFaultsTest, WithoutOneTheCopyBreaksNoRule) {
-  for (std::uint64_t seed = 1; seed <= 200; ++seed) EXPECT_EQ(violation_of(seed), "") << seed;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    EXPECT_EQ(violation_of(seed, false), "") << seed;
+    EXPECT_EQ(violation_of(seed, true), "") << seed;
+  }
 }
 
 }  // namespace

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "learner/web/rollout_shower.h"
+#include "learner/worker_program/process.h"
+#include "learner/worker_program/worker_program.h"
+
+namespace treeroll {
+
+/// What a page shows a roll-out with: treeroll-replay beside this program.
+/// @param where  a state directory or a journal
+inline web::ShowingProgram showing_program(const std::filesystem::path& where,
+                                           const WorkerProgram& worker) {
+  std::vector<std::string> arguments =
+      worker.arguments({where.string(), "--worker-program", worker.path.string()});
+  arguments.emplace_back("--show");
+  return {program_beside_us("treeroll-replay"), std::move(arguments)};
+}
+
+}  // namespace treeroll

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/time.h"
+#include "common/protocol/messages.h"
+#include "learner/core/pace.h"
+
+namespace treeroll::top {
+
+/// How a part of a line looks on a terminal that can show it.
+enum class Look { kPlain, kQuiet, kHead, kGood, kWarning, kBad, kBar };
+
+struct Span {
+  std::string text;  ///< visible ASCII and spaces alone
+  Look look = Look::kPlain;
+};
+using Line = std::vector<Span>;
+
+enum class RunOrder { kNumber, kBest, kWorst };
+
+/// What a person has chosen to see.
+struct Choice {
+  std::size_t learner = 0;  ///< its place among those that are heard
+  RunOrder order = RunOrder::kNumber;
+  std::size_t from = 0;  ///< runs that are scrolled past
+};
+
+/// Who is on an LCM group and how far they are, from what everybody there can hear: the status
+/// messages of learners, runs and workers. Pure, and bounded whatever is heard.
+class GroupView {
+ public:
+  static constexpr std::size_t kLearnersMax = 32;
+  static constexpr std::size_t kWorkersMax = 1000;
+  static constexpr std::size_t kRunsMax = 100'000;  ///< of a learner
+
+  void hear(const protocol::Message& message, TimePoint now);
+
+  std::size_t num_learners() const { return learners_.size(); }
+  std::size_t num_runs(std::size_t learner) const;
+
+  /// A screen: `height` lines at most, each at most `width` characters.
+  std::vector<Line> lines(const Choice& choice, std::size_t width, std::size_t height,
+                          TimePoint now) const;
+
+ private:
+  struct SeenLearner {
+    protocol::LearnerStatus status;
+    TimePoint heard;
+    learner::Pace pace;
+    std::map<std::int32_t, protocol::RunStatus> runs;
+  };
+  struct SeenWorker {
+    protocol::WorkerStatus status;  ///< without what it holds
+    std::size_t num_held = 0;
+    TimePoint heard;
+  };
+  const std::pair<const protocol::LearnerId, SeenLearner>* chosen(std::size_t place) const;
+  void add_learner(const SeenLearner& learner, TimePoint now, std::vector<Line>& lines) const;
+  void add_workers(TimePoint now, std::size_t count_max, std::vector<Line>& lines) const;
+  void add_runs(const SeenLearner& learner, const Choice& choice, std::size_t height,
+                std::vector<Line>& lines) const;
+
+  std::map<protocol::LearnerId, SeenLearner> learners_;
+  std::map<protocol::WorkerId, SeenWorker> workers_;
+};
+
+/// As text of its own, without looks.
+std::string plain_text(const std::vector<Line>& lines);
+
+}  // namespace treeroll::top

@@ -1,0 +1,118 @@
+// A task in another language, from the study to the report: tests/user_program/reach.py.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/end_to_end/service.h"
+
+namespace treeroll::end_to_end {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+
+constexpr const char* kReachStudy = R"([study]
+name = "reach"
+rollouts = 40
+repetitions = 2
+
+[task]
+name = "reach"
+goal_m = 0.7
+
+[policy]
+start = "components"
+layout = "means"
+[policy.layer_1]
+range = [0.0, 2.0]
+outputs = [0.0]
+deviations = [0.5, 0.3]
+
+[exploration]
+noise_variance = [0.01, 1.0]
+initial_noise_factor = 0.1
+minimum_noise_fraction = 0.01
+
+[[conditions]]
+name = "flat"
+policy.model = "flat"
+)";
+
+class AnyLanguageTest : public ::testing::Test {
+ protected:
+  Service::Learnt learn(const std::string& state, std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {study_.string(), "--json", "--lcm-url", service_.url(),
+                                         "--state-dir", (service_.directory() / state).string()});
+    Daemon learner("treeroll-learner", arguments, service_.directory());
+    return service_.learnt(learner, state, seconds(100));
+  }
+
+  const Service service_;
+  const fs::path study_ = service_.study(kReachStudy);
+};
+
+TEST_F(AnyLanguageTest, IsLearntReplayedEvaluatedAndReported) {
+  const Service::Learnt learnt =
+      learn("one", {"--local-workers", "1", "--evaluator", TREEROLL_REACH});
+  ASSERT_EQ(learnt.status, 0) << learnt.log;
+  EXPECT_EQ(learnt.summary["ledger"]["failed"], 0) << learnt.log;
+  EXPECT_GT(learnt.summary["conditions"][0]["median_best_reward"], .99) << learnt.summary;
+  EXPECT_THAT(learnt.summary["numeric_classes"].dump(), HasSubstr(" program "));
+
+  const Service::Learnt again =
+      learn("three", {"--local-workers", "3", "--evaluator", TREEROLL_REACH});
+  ASSERT_EQ(again.status, 0) << again.log;
+  EXPECT_EQ(again.rollouts_csv, learnt.rollouts_csv) << "the same bits with any number of them";
+
+  const std::string state = (service_.directory() / "one").string();
+  const Said replay = service_.run("treeroll-replay", {state, "--verify"});
+  EXPECT_EQ(replay.status, 0) << replay.errors;
+
+  const std::string trace = (service_.directory() / "trace.csv").string();
+  const Said evaluated = service_.run(
+      "treeroll-evaluate", {state + "/policies/flat-0.json", state + "/study.toml", "--evaluator",
+                            TREEROLL_REACH, "--trace", trace, "--json"});
+  ASSERT_EQ(evaluated.status, 0) << evaluated.errors;
+  const nlohmann::json said = nlohmann::json::parse(evaluated.output);
+  EXPECT_THAT(learnt.runs_csv, HasSubstr("," + said["reward"].dump() + ",")) << said;
+  EXPECT_TRUE(said["terms"].contains("miss_m")) << said;
+  EXPECT_THAT(read_file(trace), HasSubstr("time_s,x_m\n0,0\n"));
+
+  const Said report =
+      service_.run("treeroll-report", {state, "--evaluator", TREEROLL_REACH, "--output",
+                                       (service_.directory() / "report").string()});
+  EXPECT_EQ(report.status, 0) << report.errors;
+  EXPECT_THAT(read_file(service_.directory() / "report/report.md"), HasSubstr("reach"));
+  EXPECT_THAT(report.errors, testing::Not(HasSubstr("reach.py"))) << "no roll-out is lacking";
+}
+
+TEST_F(AnyLanguageTest, IsRefusedBeforeAnythingStarts) {
+  const Service::Learnt refused = learn(
+      "refused", {"--local-workers", "1", "--evaluator", TREEROLL_REACH, "--set", "task.goal=1"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.log, HasSubstr("task.goal = 1: is no setting of this task"));
+  EXPECT_FALSE(fs::exists(service_.directory() / "refused"));
+  const Service::Learnt nobody =
+      learn("nobody", {"--local-workers", "1", "--evaluator", "python3 /nobody/has/this.py"});
+  EXPECT_EQ(nobody.status, 2);
+  EXPECT_THAT(nobody.log, HasSubstr("No such file"));
+}
+
+TEST_F(AnyLanguageTest, ItsChecksAreAProgram) {
+  Said said = service_.run("treeroll-check-evaluator", {TREEROLL_REACH, "--name", "reach"});
+  EXPECT_EQ(said.status, 0) << said.output << said.errors;
+  EXPECT_THAT(said.output, HasSubstr("can be used as an evaluator"));
+  said = service_.run("treeroll-check-evaluator",
+                      {TREEROLL_REACH, "--name", "reach", "--settings", R"({"mode": "twice"})"});
+  EXPECT_EQ(said.status, 1);
+  EXPECT_THAT(said.output, HasSubstr("BROKEN     rule  6"));
+  for (const std::vector<std::string>& bad : {std::vector<std::string>{},
+                                              {"nobody-has-this"},
+                                              {TREEROLL_REACH, "--settings", "[]"},
+                                              {TREEROLL_REACH, "--policy", "/nobody/has/this"}}) {
+    EXPECT_EQ(service_.run("treeroll-check-evaluator", bad).status, 2) << bad.size();
+  }
+}
+
+}  // namespace
+}  // namespace treeroll::end_to_end

@@ -1,0 +1,79 @@
+// The units of deploy/systemd, and what schedulers start.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <regex>
+#include <string>
+
+#include "tests/end_to_end/service.h"
+
+namespace treeroll::end_to_end {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+
+const fs::path kDeploy = fs::path(TREEROLL_SOURCE_DIR) / "deploy";
+
+TEST(UnitsTest, ServiceManagersFindNothingWrongWithThem) {
+  if (access("/usr/bin/systemd-analyze", X_OK) != 0) GTEST_SKIP() << "there is no systemd-analyze";
+  const Service service;
+  int num_units = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(kDeploy / "systemd")) {
+    if (entry.path().extension() != ".service") continue;
+    ++num_units;
+    // An instance whose program is the one that was built: that it is there is checked too.
+    std::string text = read_file(entry.path());
+    text = std::regex_replace(text, std::regex("/usr/local/bin/"), executable("").string());
+    text =
+        std::regex_replace(text, std::regex("/usr/local/share/treeroll/"), kDeploy.string() + "/");
+    std::string name = entry.path().filename().string();
+    name.insert(name.find('@') + 1, "mine");
+    write_file(service.directory() / name, text);
+    const Said said = service.run("/usr/bin/systemd-analyze",
+                                  {"verify", "--man=no", (service.directory() / name).string()});
+    EXPECT_EQ(said.status, 0) << said.errors;
+    EXPECT_EQ(said.errors.find(name), std::string::npos) << said.errors;
+  }
+  EXPECT_EQ(num_units, 3);
+}
+
+TEST(LearnOrResumeTest, GoesOnWhereAStudyWasStopped) {
+  const Service service;
+  const fs::path study =
+      service.study(text_of(SyntheticStudy{"name = \"synthetic\"\nrepetitions = 4\nrollouts = 40",
+                                           "duration_us = 20000\nmode = \"sleep\""}));
+  const std::string state = (service.directory() / "state").string();
+  const std::map<std::string, std::string> environment = {
+      {"PATH", executable("").string() + ":/usr/bin:/bin"}, {"LCM_DEFAULT_URL", service.url()}};
+  const std::vector<std::string> arguments{study.string(), state, "--local-workers", "2"};
+  const std::string program = (kDeploy / "learn-or-resume").string();
+  Daemon first(program, arguments, service.directory(), environment);
+  ASSERT_TRUE(eventually(seconds(30), [&] {
+    std::error_code none_yet;
+    return fs::file_size(fs::path(state) / "journal.lcmlog", none_yet) > 3000 && !none_yet;
+  })) << first.standard_error();
+  first.kill(SIGTERM);
+  EXPECT_EQ(first.wait(seconds(30)), 3) << first.standard_error();
+  Daemon second(program, arguments, service.directory(), environment);
+  EXPECT_EQ(second.wait(seconds(60)), 0) << second.standard_error();
+  EXPECT_THAT(second.standard_error(), HasSubstr("goes on in"));
+}
+
+TEST(WorkerIdleTest, EndsByItselfWithoutWork) {
+  const Service service;
+  Daemon worker("treeroll-worker",
+                {"--processes", "1", "--lcm-url", service.url(), "--exit-when-idle", "1"},
+                service.directory());
+  EXPECT_EQ(worker.wait(seconds(30)), 0) << worker.standard_error();
+  EXPECT_THAT(worker.standard_error(), HasSubstr("had nothing to do for 1 s"));
+  const Said said = service.run("treeroll-worker", {"--exit-when-idle", "0"});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_THAT(said.errors, HasSubstr("--exit-when-idle"));
+}
+
+}  // namespace
+}  // namespace treeroll::end_to_end

@@ -1,0 +1,71 @@
+import json
+import math
+import threading
+import unittest
+
+from support import policy_text
+from treeroll import Policy, PolicyError
+
+
+class PolicyTest(unittest.TestCase):
+    def test_acts(self):
+        policy = Policy(policy_text())
+        self.assertEqual((policy.input_dim, policy.output_dim, policy.theta_dim), (1, 1, 2))
+        policy.start()
+        self.assertEqual(policy(0.5), 0.25)
+        self.assertEqual(policy.act([1.5]), [0.75])
+        self.assertEqual(policy.act((1.5,)), [0.75])
+
+    def test_acts_on_several_numbers(self):
+        policy = Policy(json.loads(policy_text(inputs=2, outputs=3)))
+        self.assertEqual(len(policy.act([0.5, 0.5])), 3)
+        with self.assertRaisesRegex(PolicyError, "use act"):
+            policy(1.0)
+
+    def test_theta_changes_what_it_does(self):
+        policy = Policy(policy_text())
+        self.assertEqual(policy.theta, [0.5, 0.25])
+        policy.theta = [0.5, 1.0]
+        self.assertEqual(policy(0.5), 1.0)
+        self.assertEqual(Policy(policy.text).theta, [0.5, 1.0])
+        with self.assertRaisesRegex(PolicyError, "3 numbers, must have 2"):
+            policy.theta = [1, 2, 3]
+        with self.assertRaisesRegex(PolicyError, "finite"):
+            policy.theta = [math.inf, 2]
+        self.assertEqual(policy.theta, [0.5, 1.0])
+
+    def test_refuses_what_it_cannot_take(self):
+        for text in ("", "{}", "[]", "nonsense", b"\xff", "a\0b", policy_text()[:-5]):
+            with self.assertRaises(PolicyError, msg=repr(text)):
+                Policy(text)
+        policy = Policy(policy_text())
+        for numbers in ([], [1, 2], [math.nan]):
+            with self.assertRaises(PolicyError, msg=repr(numbers)):
+                policy.act(numbers)
+
+    def test_each_thread_hears_of_its_own_error(self):
+        said = []
+
+        def fail(size):
+            try:
+                Policy(policy_text()).theta = [0.0] * size
+            except PolicyError as error:
+                said.append((size, str(error)))
+
+        threads = [threading.Thread(target=fail, args=(size,)) for size in range(3, 30)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        for size, text in said:
+            self.assertIn(f"{size} numbers", text)
+        self.assertEqual(len(said), 27)
+
+    def test_takes_arrays(self):
+        try:
+            import numpy
+        except ImportError:
+            self.skipTest("numpy is not installed: arrays are not tried")
+        policy = Policy(policy_text())
+        policy.theta = numpy.array([0.5, 1.0])
+        self.assertEqual(policy.act(numpy.array([0.5])), [1.0])

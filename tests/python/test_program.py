@@ -1,0 +1,119 @@
+"""Tasks as programs: what is answered line by line."""
+
+import io
+import json
+import math
+import unittest
+
+from support import policy_text
+import treeroll
+from treeroll.program import converse
+
+
+class Reach(treeroll.Task):
+    trace_inputs = ["time_s"]
+    trace_outputs = ["x_m"]
+
+    def __init__(self, settings):
+        self.goal_m = settings.number("goal_m", 0.5, above=0, most=2)
+        self.mode = settings.string("mode", "well", words=["well", "broken", "bad_init", "odd"])
+        self.steps = settings.integer("steps", 3, least=1, most=100)
+        settings.boolean("fast", False)
+        settings.numbers("weights", [1, 2], size=2)
+        if self.mode == "bad_init":
+            raise ZeroDivisionError("at its start")
+
+    def describe(self):
+        return treeroll.Description(input_dim=1, output_dim=1, time_limit_s=2, deterministic=False)
+
+    def evaluate(self, policy, seed):
+        if self.mode == "broken":
+            raise {1: treeroll.Failed("hit the table"), 2: treeroll.Discarded("operator"),
+                   3: RuntimeError("no luck")}[seed]
+        if self.mode == "odd":
+            return {1: math.nan, 2: -1.0, 3: True}.get(seed, "text")
+        for k in range(self.steps):
+            self.record(time_s=k, x_m=math.inf if k == 2 else policy(k), pose=[[0, 0, k, 1]])
+        self.terms["miss_m"] = policy(0.5) - self.goal_m
+        return 1 / (1 + self.terms["miss_m"] ** 2)
+
+
+class Other(treeroll.Task):
+    name = "another"
+
+    def describe(self):
+        return treeroll.Description(2, 3, 1.0, reward_max=7, version="2", repeatable=False)
+
+
+def answers(*requests, tasks=(Reach, Other)):
+    said = io.StringIO()
+    lines = "".join(json.dumps(r) + "\n" for r in requests)
+    converse(io.BytesIO(lines.encode()), said, tasks)
+    return [json.loads(line) for line in said.getvalue().splitlines()]
+
+
+def describe(name="reach", **settings):
+    return {"describe": {"name": name, "settings": settings}}
+
+
+def evaluate(seed=0, trace=False):
+    return {"evaluate": {"run": 0, "rollout": 0, "seed": seed, "trace": trace,
+                         "policy": json.loads(policy_text(mean=0.5))}}
+
+
+class ProgramLinesTest(unittest.TestCase):
+    def test_describes_with_all_defaults(self):
+        said, other = answers(describe(goal_m=1), describe("another"))
+        self.assertEqual(said, {
+            "input_dim": 1, "output_dim": 1, "time_limit_s": 2, "reward_min": 0, "reward_max": 1,
+            "deterministic": False,
+            "settings": {"goal_m": 1, "mode": "well", "steps": 3, "fast": False, "weights": [1, 2]}})
+        self.assertEqual((other["version"], other["repeatable"], other["settings"]), ("2", False, {}))
+
+    def test_refuses_settings_and_names_the_rule(self):
+        for settings, rule in (
+                ({"goal_m": 0}, "goal_m: must be a finite number, greater than 0, at most 2"),
+                ({"goal_m": True}, "goal_m: must be"), ({"goal_m": "a"}, "goal_m: must be"),
+                ({"steps": 1.5}, "steps: must be an integer from 1 to 100"),
+                ({"fast": 1}, "fast: must be true or false"),
+                ({"mode": "x"}, "mode: must be one of well, broken"),
+                ({"weights": [1]}, "weights: must be a list of 2 finite numbers"),
+                ({"gaol_m": 1}, "gaol_m: is no setting of this task; it knows fast, goal_m"),
+                ({"mode": "bad_init"}, "the task cannot be made: ZeroDivisionError: at its start")):
+            self.assertIn(rule, answers(describe(**settings))[0]["refused"])
+        self.assertEqual(answers(describe("nobody"))[0]["refused"],
+                         "name: must be a task of this program: reach, another")
+
+    def test_evaluates_with_terms_and_trace(self):
+        _, plain, traced, again = answers(describe(goal_m=0.5), evaluate(), evaluate(trace=True),
+                                          evaluate())
+        self.assertEqual(plain, {"reward": 1.0, "terms": {"miss_m": 0.0}})
+        self.assertEqual(again, plain)
+        self.assertEqual(traced["reward"], 1.0)
+        self.assertEqual(traced["trace"], {
+            "columns": ["time_s", "x_m"], "rows": [[0, 0.25], [1, 0.75], [2, None]],
+            "policy_inputs": ["time_s"], "policy_outputs": ["x_m"],
+            "poses": [[[0, 0, 0, 1]], [[0, 0, 1, 1]], [[0, 0, 2, 1]]]})
+
+    def test_what_a_task_raises_is_an_answer(self):
+        _, failed, discarded, raised = answers(describe(mode="broken"), evaluate(1), evaluate(2),
+                                               evaluate(3))
+        self.assertEqual(failed, {"failed": "hit the table"})
+        self.assertEqual(discarded, {"discarded": "operator"})
+        self.assertIn("RuntimeError: no luck (test_program.py, line", raised["failed"])
+
+    def test_a_reward_that_is_no_number_fails(self):
+        _, nan, negative, text = answers(describe(mode="odd"), evaluate(1), evaluate(2), evaluate(4))
+        self.assertEqual(nan, {"failed": "the reward is nan"})
+        self.assertEqual(negative, {"reward": -1.0})  # the worker knows the range
+        self.assertIn("ValueError", text["failed"])
+
+    def test_without_a_task_nothing_is_evaluated(self):
+        self.assertIn("failed", answers(evaluate())[0])
+        self.assertIn("failed", answers(describe(), describe("nobody"), evaluate())[2])
+
+    def test_two_tasks_of_one_name_are_an_error(self):
+        with self.assertRaises(ValueError):
+            answers(tasks=(Reach, Reach))
+        with self.assertRaises(ValueError):
+            answers(tasks=())

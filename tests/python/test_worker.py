@@ -1,0 +1,115 @@
+"""Tasks in Python as evaluators of the real programs."""
+
+import importlib.util
+import json
+import shutil
+
+from support import EXAMPLE, PYTHON, SOURCE, ProgramTest, lcm_url
+
+HERE = SOURCE / "tests/python"
+
+
+class WorkerTest(ProgramTest):
+    def check(self, file, name, *more):
+        said = self.run_program("treeroll-check-evaluator", f"{PYTHON} {file}", "--name", name, *more)
+        self.assertIn("can be used as an evaluator", said.stdout)
+        return said
+
+    def test_the_tutorials_task_keeps_all_rules(self):
+        said = self.check(EXAMPLE / "pendulum.py", "pendulum")
+        self.assertNotIn("advised", said.stdout)
+
+    def test_an_environment_is_a_task(self):
+        self.check(HERE / "cart_env.py", "cart")
+
+    def test_what_a_task_prints_disturbs_nothing(self):
+        said = self.check(HERE / "prints.py", "prints")
+        self.assertIn('in run 0, roll-out 0: {"reward": 7}', said.stderr)
+        self.assertIn('{"reward": 9}', said.stderr)
+
+    def test_a_class_is_run_by_its_name(self):
+        self.run_program("treeroll-check-evaluator",
+                         f"{PYTHON} -m treeroll task {EXAMPLE}/pendulum.py:Pendulum",
+                         "--name", "pendulum")
+        for place in ("nobody.py:X", f"{EXAMPLE}/pendulum.py:Nobody", "x"):
+            self.run_program(PYTHON, "-m", "treeroll", "task", place, status=1)
+
+    def test_an_environment_is_learnt(self):
+        study = self.folder / "cart.toml"
+        study.write_text("""
+[study]
+name = "cart"
+rollouts = 60
+[task]
+name = "cart"
+[policy]
+start = "components"
+layout = "reduced_cholesky"
+frames = "cholesky"
+[policy.layer_1]
+inputs = 2
+means = [[0.0, 0.0, 0.0]]
+deviations = [1.0, 1.0, 1.0]
+[exploration]
+noise_variance = [0.01, 1.0, 1.0]
+initial_noise_factor = 0.5
+[[conditions]]
+name = "flat"
+policy.model = "flat"
+""")
+        self.run_program(
+            "treeroll-learner", study, "--evaluator", f"{PYTHON} {HERE}/cart_env.py",
+            "--local-workers", "2", "--lcm-url", lcm_url(1), "--state-dir", "state")
+        rows = self.rows(self.folder / "state/rollouts.csv")
+        self.assertEqual({row["status"] for row in rows}, {"ok"})
+        rewards = [float(row["reward"]) for row in rows]
+        self.assertGreater(max(rewards), 1.5 * rewards[0])
+
+    def test_dart_agrees_with_the_equations_of_motion(self):
+        if importlib.util.find_spec("dartpy") is None:
+            self.skipTest("python3-dartpy is not installed: DART is not compared")
+        study = SOURCE / "deploy/studies/swing_up.toml"
+        self.run_program("treeroll-learner", study, "--local-workers", "2", "--lcm-url", lcm_url(2),
+                         "--state-dir", "state", "--set", "study.rollouts=60", "--set",
+                         "study.repetitions=1")
+        dart = self.folder / "dart.toml"
+        lines = [line for line in study.read_text().splitlines() if not line.startswith("alpha")]
+        dart.write_text("\n".join(lines).replace('plant = "ode"', 'plant = "dart"'))
+        program = f"{PYTHON} {EXAMPLE}/double_pendulum_dart.py"
+
+        def reward(*words):
+            return json.loads(self.run_program("treeroll-evaluate", *words, "--json").stdout)["reward"]
+
+        for policy in ("tree-0.json", "tree-0.final.json"):
+            policy = self.folder / "state/policies" / policy
+            exact = reward(policy, study, "--set", "task.plant=rk4")
+            fine = reward(policy, dart, "--evaluator", program, "--set", "task.step_s=0.0001")
+            coarse = reward(policy, dart, "--evaluator", program, "--set", "task.step_s=0.001")
+            self.assertLess(abs(fine - exact), 0.02)
+            self.assertLess(abs(coarse - exact), 0.1)
+
+
+class TutorialTest(ProgramTest):
+    """Each command of the page, in a copy of its folder."""
+
+    def test_each_command_does_what_the_page_says(self):
+        folder = self.folder / "copy"
+        shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("__pycache__"))
+        page = (EXAMPLE / "README.md").read_text()
+        commands = [line[2:] for line in page.splitlines() if line.startswith("$ ")]
+        self.assertGreaterEqual(len(commands), 6)
+        said = {}
+        for command in commands:
+            command = command.replace("python3", PYTHON)
+            if command.startswith("treeroll-learner"):
+                command += f" --lcm-url '{lcm_url(3)}'"
+            said[command.split()[0]] = self.run_program("/bin/sh", "-c", command, folder=folder)
+        rows = self.rows(folder / "runs/pendulum/runs.csv")
+        self.assertEqual(len(rows), 2)
+        for row in rows:
+            self.assertGreater(float(row["best_reward"]), 0.95)
+        self.assertIn("term    least_cost", said["treeroll-evaluate"].stdout)
+        header = (folder / "trace.csv").read_text().splitlines()[0]
+        self.assertEqual(header, "time_s,angle_rad,cart_m,cart_acceleration_mps2,cost")
+        self.assertTrue((folder / "runs/report/report.html").stat().st_size > 10_000)
+        self.assertIn("at 0.5 s: ", said[PYTHON].stdout)

@@ -1,0 +1,87 @@
+#include "workers/check_evaluator/conformance.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "common/base/config_error.h"
+#include "tests/worker_app/learner_stand_in.h"
+#include "workers/user_program/program_command.h"
+
+namespace treeroll::worker {
+namespace {
+
+using nlohmann::json;
+using ::testing::Contains;
+using ::testing::Each;
+using ::testing::HasSubstr;
+using Verdict = Finding::Verdict;
+
+std::vector<Finding> check(const json& settings, const std::string& policy = "",
+                           const std::string& command = TREEROLL_REACH) {
+  return check_evaluator({.program = {command, read_program_command("CMD", command)},
+                          .task = "reach",
+                          .settings = settings.dump(),
+                          .policy = policy,
+                          .answer_limit = std::chrono::seconds(20),
+                          .log = [](const std::string&, const std::string&) {}});
+}
+
+/// The rules that are broken, or not followed.
+std::vector<int> rules_with(Verdict verdict, const std::vector<Finding>& findings) {
+  std::vector<int> rules;
+  for (const Finding& finding : findings) {
+    if (finding.verdict == verdict) rules.push_back(finding.rule);
+  }
+  return rules;
+}
+
+TEST(ConformanceTest, AProgramThatKeepsAllRulesPassesEach) {
+  for (const char* mode : {"well", "seed", "chatty"}) {
+    const std::vector<Finding> findings = check({{"mode", mode}});
+    EXPECT_EQ(findings.size(), 13) << mode;
+    for (const Finding& finding : findings) {
+      EXPECT_EQ(finding.verdict, Verdict::kKept) << mode << ' ' << finding.rule << finding.what;
+    }
+  }
+}
+
+TEST(ConformanceTest, NamesTheRuleThatIsBroken) {
+  const std::vector<std::pair<const char*, int>> cases = {{"describes_nonsense", 8},
+                                                          {"dies_describing", 18},
+                                                          {"nan", 13},
+                                                          {"nothing", 13},
+                                                          {"unknown_key", 13},
+                                                          {"twice", 6},
+                                                          {"exits", 18},
+                                                          {"long_line", 7},
+                                                          {"bad_trace", 16},
+                                                          {"forgets_itself", 14},
+                                                          {"names_matter", 12},
+                                                          {"ignores_end", 20},
+                                                          {"refuses_more", 4},
+                                                          {"defaults_drift", 9}};
+  for (const auto& [mode, rule] : cases) {
+    EXPECT_THAT(rules_with(Verdict::kBroken, check({{"mode", mode}})), Contains(rule)) << mode;
+  }
+}
+
+TEST(ConformanceTest, AdvisesWhatIsNoMust) {
+  EXPECT_THAT(rules_with(Verdict::kAdvised, check({{"mode", "takes_anything"}})), Contains(10));
+  EXPECT_THAT(rules_with(Verdict::kAdvised, check({{"mode", "failed"}})), Contains(16));
+}
+
+TEST(ConformanceTest, TakesAPolicyOfTheUsers) {
+  EXPECT_THAT(rules_with(Verdict::kBroken, check(json::object(), to_json(small_policy()))),
+              testing::IsEmpty());
+  EXPECT_THROW(check(json::object(), "{}"), ConfigError);
+}
+
+TEST(ConformanceTest, AProgramThatIsNoneBreaksRules) {
+  EXPECT_THAT(rules_with(Verdict::kBroken, check(json::object(), "", "true")), Contains(18));
+  EXPECT_THAT(rules_with(Verdict::kBroken, check(json::object(), "", "cat")), Contains(8));
+}
+
+}  // namespace
+}  // namespace treeroll::worker

@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""A task of the lines of EVALUATOR.md alone, with nothing of treeroll: what the tests put through
+every case. Its one setting `mode` says how it misbehaves, `goal_m` what is to be reached. The reward
+compares the last mean of the finest layer with the goal."""
+
+import json
+import os
+import resource
+import signal
+import sys
+import threading
+import time
+
+settings = {}
+num_evaluated = 0
+
+
+def answer(said):
+    print(json.dumps(said), flush=True)
+
+
+def describe(task):
+    known = {"goal_m": 0.5, "mode": "well", "time_limit_s": 10}
+    if task["name"] != "reach":
+        return {"refused": "name: must be reach"}
+    for key in task["settings"]:
+        if key not in known and task["settings"].get("mode") != "takes_anything":
+            return {"refused": key + ": is no setting of this task"}
+    settings.clear()
+    settings.update(known, **task["settings"])
+    if not isinstance(settings["goal_m"], (int, float)):
+        return {"refused": "goal_m: must be a number"}
+    said = {"input_dim": 1, "output_dim": 1, "reward_min": 0, "reward_max": 1,
+            "time_limit_s": settings["time_limit_s"], "deterministic": settings["mode"] != "seed",
+            "settings": dict(settings)}
+    if settings["mode"] == "describes_nonsense":
+        said["input_dim"] = "one"
+    if settings["mode"] == "defaults_drift":
+        said["settings"]["goal_m"] += 1
+    if settings["mode"] == "dies_describing":
+        sys.exit("cannot describe")
+    return said
+
+
+def last_mean(policy):
+    """Of the output of the last Gaussian of the finest layer, whatever the rest is."""
+    return policy["layers"][-1][-1]["mean"][-1]
+
+
+def evaluate(asked):
+    global num_evaluated
+    num_evaluated += 1
+    mode = settings["mode"]
+    miss = last_mean(asked["policy"]) - settings["goal_m"]
+    reward = 1 / (1 + miss * miss)
+    if mode == "chatty":
+        print("a line of standard output\x1b[2J \u009b")
+        print("a line of standard error", file=sys.stderr, flush=True)
+    if mode == "once_per_process" and num_evaluated > 1:
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if mode == "segfault":
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if mode == "exits":
+        print("the arm is gone", file=sys.stderr, flush=True)
+        sys.exit(3)
+    if mode == "burns":
+        while True:
+            pass
+    if mode == "child_burns":
+        # From another thread: each has children of its own.
+        thread = threading.Thread(
+            target=lambda: os.system("exec python3 -c 'while True: pass'"))
+        thread.start()
+        thread.join()
+    if mode == "sleeps":
+        time.sleep(1000)
+    if mode == "closes_output":
+        os.close(1)
+        time.sleep(1000)
+    if mode == "memory":
+        limit = resource.getrlimit(resource.RLIMIT_DATA)[0]
+        if limit == resource.RLIM_INFINITY:
+            return {"failed": "no limit"}
+        hoard = []
+        try:
+            while True:
+                hoard.append(bytearray(10_000_000))
+        except MemoryError:
+            hoard.clear()
+            sys.exit("no memory")
+    if mode == "nan":
+        return {"reward": float("nan")}
+    if mode == "too_much":
+        return {"reward": 7}
+    if mode == "nothing":
+        return {}
+    if mode == "two_words":
+        return {"reward": reward, "failed": "both"}
+    if mode == "unknown_key":
+        return {"reward": reward, "rewrad": 3}
+    if mode == "long_line":
+        print("x" * 3_000_000, flush=True)
+    if mode == "failed":
+        return {"failed": "arm hit\nthe \x1btable"}
+    if mode == "discards_first" and num_evaluated % 2 == 1:
+        return {"discarded": "operator"}
+    if mode == "seed":
+        reward = (asked["seed"] % 1000) / 1000
+    if mode == "forgets_itself":
+        reward /= num_evaluated
+    if mode == "names_matter":
+        reward = 1 / (2 + asked["rollout"])
+    if mode == "refuses_more" and len(asked) > 5:
+        return {"failed": "what is this"}
+    if mode == "twice":
+        answer({"reward": 0})
+    said = {"reward": reward, "terms": {"miss_m": miss}}
+    if asked["trace"]:
+        said["trace"] = {"columns": ["time_s", "x_m"], "rows": [[0, 0], [1, miss], [2, None]],
+                         "policy_inputs": ["time_s"], "policy_outputs": ["x_m"],
+                         "poses": [[[0, 0, 1, 1]], [], [[1, 2]]]}
+    if mode == "bad_trace" and asked["trace"]:
+        said["trace"]["rows"][0] = [1]
+    return said
+
+
+for line in sys.stdin:
+    request = json.loads(line)
+    if "describe" in request:
+        answer(describe(request["describe"]))
+    elif "evaluate" in request:
+        answer(evaluate(request["evaluate"]))
+
+if settings.get("mode") == "ignores_end":
+    time.sleep(1000)

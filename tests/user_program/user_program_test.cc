@@ -1,0 +1,162 @@
+#include "workers/user_program/user_program.h"
+
+#include <gmock/gmock.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "common/base/config_error.h"
+#include "tests/worker_app/learner_stand_in.h"
+#include "workers/tasks/trace.h"
+#include "workers/user_program/program_command.h"
+
+namespace treeroll::worker {
+namespace {
+
+using nlohmann::json;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// The program of reach.py, or another one.
+class UserProgramTest : public testing::Test {
+ protected:
+  UserProgram& start(const std::string& command = TREEROLL_REACH) {
+    program_.emplace(ProgramSettings{command, read_program_command("--evaluator", command)},
+                     [this](const std::string& where, const std::string& line) {
+                       log_.push_back(where + ": " + line);
+                     });
+    return *program_;
+  }
+  EvaluateAnswer evaluate(const std::string& mode, Trace* trace = nullptr) {
+    const DescribeAnswer task = program_->describe("reach", {{"mode", mode}});
+    return program_->evaluate({.run = 3, .rollout = 17, .seed = 5, .policy = policy_},
+                              task.description, trace);
+  }
+  /// How the program ended under a roll-out.
+  ProgramEnded end_of(const std::string& mode) {
+    try {
+      evaluate(mode);
+    } catch (const ProgramEnded& ended) {
+      return ended;
+    }
+    ADD_FAILURE() << "it has not ended";
+    return {};
+  }
+
+  const std::string policy_ = to_json(small_policy());  // its output's mean is .25
+  std::vector<std::string> log_;
+  std::optional<UserProgram> program_;
+};
+
+TEST_F(UserProgramTest, DescribesAndEvaluatesAsOftenAsItIsAsked) {
+  UserProgram& program = start();
+  const DescribeAnswer task = program.describe("reach", {{"goal_m", .25}});
+  EXPECT_EQ(json::parse(*task.settings),
+            json::parse(R"({"goal_m": 0.25, "mode": "well", "time_limit_s": 10})"));
+  for (int i = 0; i < 100; ++i) {
+    const EvaluateAnswer answer =
+        program.evaluate({.rollout = i, .policy = policy_}, task.description, nullptr);
+    ASSERT_EQ(answer.outcome, Outcome::ok(1));
+    ASSERT_EQ(answer.terms.at("miss_m"), 0);
+  }
+}
+
+TEST_F(UserProgramTest, ARefusalNamesTheSettingItIsAbout) {
+  UserProgram& program = start();
+  const auto refused = [&](const std::string& name, const json& settings) {
+    try {
+      program.describe(name, settings);
+    } catch (const ConfigError& error) {
+      return error.key() + " = " + error.value() + ": " + error.rule();
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refused("reach", {{"goal_m", "far"}}), "task.goal_m = \"far\": must be a number");
+  EXPECT_EQ(refused("fetch", json::object()), "task.name = \"fetch\": must be reach");
+  EXPECT_THAT(refused("reach", {{"mode", "describes_nonsense"}}), HasSubstr("input_dim"));
+  EXPECT_EQ(program.describe("reach", json::object()).description.input_dim, 1) << "it goes on";
+}
+
+TEST_F(UserProgramTest, WhatItPrintsGoesToTheLogWithRunAndRollout) {
+  start();
+  EXPECT_TRUE(evaluate("chatty").outcome.is_ok());
+  EXPECT_THAT(log_, Contains("in run 3, roll-out 17: a line of standard output [2J  "));
+  EXPECT_THAT(log_, Contains("in run 3, roll-out 17: a line of standard error"));
+}
+
+TEST_F(UserProgramTest, AnAnswerThatBreaksARuleFailsItsRolloutAlone) {
+  start();
+  for (const char* mode : {"nan", "too_much", "nothing", "two_words", "unknown_key"}) {
+    EXPECT_EQ(evaluate(mode).outcome.status(), RolloutStatus::kFailed) << mode;
+  }
+  EXPECT_EQ(evaluate("failed").outcome.reason(), "arm hit the  table");
+  EXPECT_TRUE(evaluate("well").outcome.is_ok());
+}
+
+TEST_F(UserProgramTest, GivesATraceWhereItIsAsked) {
+  start();
+  Trace trace;
+  EXPECT_TRUE(evaluate("well", &trace).outcome.is_ok());
+  EXPECT_EQ(trace.numbers().size(), 6);
+  EXPECT_EQ(trace.poses().size(), 3);
+  Trace none;
+  EXPECT_EQ(evaluate("bad_trace", &none).outcome.status(), RolloutStatus::kFailed);
+}
+
+TEST_F(UserProgramTest, ItsEndIsToldAsItWas) {
+  start();
+  const ProgramEnded exited = end_of("exits");
+  EXPECT_TRUE(exited.end.exited);
+  EXPECT_EQ(exited.end.code, 3);
+  EXPECT_THAT(exited.what, HasSubstr("ended with status 3 in run 3, roll-out 17"));
+  EXPECT_THAT(exited.what, HasSubstr("the arm is gone"));
+  start();
+  const ProgramEnded crashed = end_of("segfault");
+  EXPECT_FALSE(crashed.end.exited);
+  EXPECT_EQ(crashed.end.code, SIGSEGV);
+  start();
+  EXPECT_THAT(end_of("closes_output").what, HasSubstr("was ended by signal 9"));
+}
+
+TEST_F(UserProgramTest, OneThatAnswersTwiceIsEndedBeforeAnAnswerGoesAstray) {
+  start();
+  EXPECT_EQ(evaluate("twice").outcome, Outcome::ok(0));
+  EXPECT_THROW(program_->attend_for(std::chrono::seconds(10)), ProgramEnded);
+}
+
+TEST_F(UserProgramTest, ALineWithoutAnEndIsItsEnd) {
+  start();
+  EXPECT_THAT(end_of("long_line").what, HasSubstr("a line of more than 1048576 bytes"));
+}
+
+TEST_F(UserProgramTest, AQuestionOfAnySizeAndMuchTalkDoNotStop) {
+  // It writes more than a pipe holds before it reads, and is asked more than a pipe holds.
+  start(
+      "python3 -c 'import sys; print(\"x\" * 70 + \"\\n\", end=\"\") or "
+      "[print(\"y\" * 70) for i in range(5000)]; "
+      "[print(\"{\\\"refused\\\": \\\"%d bytes\\\"}\" % len(line), flush=True) for line in "
+      "sys.stdin]'");
+  try {
+    program_->describe("big", {{"numbers", std::string(900'000, 'z')}});
+    FAIL();
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.rule(), HasSubstr("9000"));
+  }
+  EXPECT_EQ(log_.size(), 5001);
+}
+
+TEST_F(UserProgramTest, ItEndsWithItsObject) {
+  start();
+  const pid_t pid = program_->process().pid();
+  EXPECT_TRUE(is_alive(pid));
+  program_.reset();
+  EXPECT_FALSE(is_alive(pid));
+}
+
+TEST_F(UserProgramTest, ThatCannotBeStartedIsAnError) {
+  EXPECT_THROW(UserProgram({"x", {"/nobody/has/this"}}, {}), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace treeroll::worker

@@ -1,0 +1,214 @@
+#include "learner/web/views/live_study.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "learner/web/views/views.h"
+#include "tests/web/fed_study.h"
+
+namespace treeroll::web {
+namespace {
+
+using nlohmann::json;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+json state_of(const FedStudy& study) { return json::parse(state_view(*study.live, study.now)); }
+
+TEST(LiveStudyTest, CurvesAreThoseOfTheRecordsEachResultOnce) {
+  FedStudy study(learner::small_study(30, 5));
+  study.answer(100);
+  const json curves = json::parse(curves_view(*study.live))["conditions"][0];
+  ASSERT_EQ(curves["mean"].size(), 30U);
+  for (std::size_t number = 0; number < 30; ++number) {
+    std::vector<double> rewards;
+    double bests = 0;
+    for (const RunRecord& run : study.core->run_records()) {
+      if (number >= run.rollouts.size()) continue;
+      rewards.push_back(run.rollouts[number].reward);
+      double best = 0;
+      for (std::size_t i = 0; i <= number; ++i) best = std::max(best, run.rollouts[i].reward);
+      bests += best;
+    }
+    if (rewards.empty()) {
+      EXPECT_TRUE(curves["mean"][number].is_null());
+      continue;
+    }
+    double mean = 0;
+    for (const double reward : rewards) mean += reward / static_cast<double>(rewards.size());
+    EXPECT_EQ(curves["runs"][number], static_cast<double>(rewards.size()));
+    EXPECT_NEAR(curves["mean"][number], mean, 1e-4);
+    EXPECT_NEAR(curves["best"][number], bests / static_cast<double>(rewards.size()), 1e-4);
+    EXPECT_NEAR(curves["median"][number], quantile(rewards, .5), 1e-4);
+  }
+}
+
+TEST(LiveStudyTest, AViewChangesNothing) {
+  FedStudy study(learner::small_study(30, 2));
+  study.answer(41);
+  study.tick();
+  const std::string curves = curves_view(*study.live);
+  const std::string state = state_view(*study.live, study.now);
+  EXPECT_EQ(curves_view(*study.live), curves);
+  EXPECT_EQ(state_view(*study.live, study.now), state);
+}
+
+TEST(LiveStudyTest, TenThousandRolloutsOfManyRunsStaySmall) {
+  FedStudy study(learner::small_study(10'000, 4));
+  study.answer(4 * 10'002);
+  EXPECT_EQ(study.core->outcome(), learner::LearnerCore::Outcome::kDone);
+  const json curves = json::parse(curves_view(*study.live))["conditions"][0];
+  EXPECT_LE(curves["mean"].size(), 600U);
+  EXPECT_EQ(curves["rollouts_per_point"], 17);
+  const json run = json::parse(run_view(*study.live, 3));
+  EXPECT_LE(run["rewards"]["mean"].size(), 600U);
+  EXPECT_LT(curves_view(*study.live).size(), 60'000U);
+  EXPECT_LT(state_view(*study.live, study.now).size(), 10'000U);
+}
+
+TEST(LiveStudyTest, SaysHowFarItIsAndHowFast) {
+  FedStudy study(learner::small_study(30, 2));
+  study.tick();
+  study.answer(20);
+  study.tick();
+  const json state = state_of(study);
+  EXPECT_EQ(state["ledger"]["applied"].get<int>() + state["evaluated"].get<int>(), 20);
+  EXPECT_EQ(state["rollouts"], 60);
+  EXPECT_EQ(state["rates"], json({20.}));
+  EXPECT_EQ(state["stage"], "learning");
+  EXPECT_EQ(state["conditions"][0]["name"], "flat");
+  const json best = state["conditions"][0]["best"];
+  const learner::Run& run = study.core->runs()[best["run"].get<std::size_t>()];
+  EXPECT_EQ(best["reward"], run.exploration().best().reward);
+  EXPECT_EQ(best["rollout"], run.exploration().best().rollout);
+}
+
+TEST(LiveStudyTest, FailuresAreCountedByReasonAndTheLastAreKept) {
+  FedStudy study(learner::small_study(500, 2));
+  study.answer(1000, [](protocol::RolloutKey key, const Eigen::VectorXd& theta) {
+    if (key.number % 3 != 0) return FedStudy::by_bump(key, theta);
+    return Outcome::failed(RolloutStatus::kDiverged, "<b>the \"arm\"</b> & \xff\xfe");
+  });
+  study.tick();
+  const json state = state_of(study);
+  EXPECT_GT(state["num_failures"], 300);
+  EXPECT_EQ(state["reasons"][0]["count"], state["num_failures"]);
+  EXPECT_EQ(state["failures"].size(), 60U);
+  EXPECT_EQ(state["failures"][0]["count"], state["num_failures"]);
+  EXPECT_EQ(study.live->failures().size(), LiveStudy::kFailuresMax);
+}
+
+TEST(LiveStudyTest, WhatStrangersMakeUpIsBounded) {
+  FedStudy study(learner::small_study(4000, 1));
+  int count = 0;
+  study.answer(4000, [&count](protocol::RolloutKey, const Eigen::VectorXd&) {
+    return Outcome::failed(RolloutStatus::kFailed, "reason " + std::to_string(++count));
+  });
+  EXPECT_LE(study.live->reasons().size(), LiveStudy::kReasonsMax + 1);
+  EXPECT_GT(study.live->reasons().at(""), 3000);
+  for (protocol::WorkerId id = 1; id < 10'000; ++id) {
+    protocol::WorkerStatus status;
+    status.worker_id = id;
+    study.live->heard(status, FedStudy::kLearner);  // the core has never heard it
+  }
+  EXPECT_LE(study.live->workers().size(), 1U);
+}
+
+TEST(LiveStudyTest, AWorkerIsShownWithWhatIsWrongWithIt) {
+  FedStudy study(learner::small_study(30, 2));
+  protocol::WorkerStatus status;
+  status.worker_id = (std::int64_t{1} << 62) + 1;  // more than a browser's numbers hold
+  status.host = "lab7";
+  status.pid = 12;
+  status.num_evaluators = 4;
+  status.receive_buffer_bytes = 1 << 20;
+  status.draining = true;
+  study.hear(status);
+  study.tick();
+  const json worker = state_of(study)["workers"][0];
+  EXPECT_EQ(worker["id"], "4611686018427387905");
+  EXPECT_EQ(worker["host"], "lab7");
+  EXPECT_EQ(worker["evaluators"], 4);
+  EXPECT_THAT(worker["trouble"].get<std::string>(), HasSubstr("silent"));
+}
+
+TEST(LiveStudyTest, ARunIsShownWithItsPolicyAndItsNoise) {
+  FedStudy study(learner::small_study(30, 2));
+  study.answer(25);
+  const json run = json::parse(run_view(*study.live, 1));
+  EXPECT_EQ(run["run"], 1);
+  EXPECT_EQ(run["rewards"]["mean"].size(), study.core->runs()[1].rollouts().size());
+  const json& now = run["now"];
+  EXPECT_EQ(now["theta_dim"], 4);
+  EXPECT_EQ(now["deviations"].size(), 4U);
+  ASSERT_EQ(now["policy"]["layers"].size(), 1U);
+  EXPECT_EQ(now["policy"]["layers"][0]["gaussians"].size(), 2U);
+  EXPECT_EQ(now["policy"]["layers"][0]["outputs"][0].size(),
+            now["policy"]["layers"][0]["inputs"].size());
+  EXPECT_EQ(now["noise"]["draws"].size(), 12U);
+}
+
+TEST(LiveStudyTest, RunsComeInTheOrderThatIsAskedFor) {
+  FedStudy study(learner::small_study(10, 120));
+  study.answer(1200);
+  const json best = json::parse(runs_view(*study.live, {.condition = 0, .order = "best"}));
+  EXPECT_EQ(best["num"], 120);
+  ASSERT_EQ(best["runs"].size(), 50U);
+  for (std::size_t i = 1; i < 50; ++i)
+    EXPECT_GE(best["runs"][i - 1]["best"], best["runs"][i]["best"]);
+  EXPECT_EQ(json::parse(runs_view(*study.live, {.condition = {}, .from = 100}))["runs"].size(),
+            20U);
+  EXPECT_EQ(json::parse(runs_view(*study.live, {.condition = {}, .from = 500}))["runs"].size(), 0U);
+}
+
+TEST(LiveStudyTest, RolloutsAreFilteredAndGoOnWhereAPageEnded) {
+  FedStudy study(learner::small_study(300, 3));
+  study.answer(10'000, [](protocol::RolloutKey key, const Eigen::VectorXd& theta) {
+    if (key.number % 50 == 7) return Outcome::failed(RolloutStatus::kCrashed, "burst");
+    return FedStudy::by_bump(key, theta);
+  });
+  RolloutsQuery query;
+  query.status = "failed";
+  query.order = "number";
+  const json failed = json::parse(rollouts_view(*study.live, query));
+  EXPECT_EQ(failed["rollouts"].size(), 18U);
+  EXPECT_TRUE(failed["next"].is_null());
+  EXPECT_EQ(failed["rollouts"][0]["reason"], "burst");
+
+  query.status = "";
+  std::size_t count = 0;
+  for (int page = 0; page < 9; ++page) {
+    const json part = json::parse(rollouts_view(*study.live, query));
+    count += part["rollouts"].size();
+    EXPECT_EQ(part["next"].is_null(), page == 8);
+    if (!part["next"].is_null()) query.from = part["next"];
+  }
+  EXPECT_EQ(count, 900U);
+  query.from = "nonsense";
+  EXPECT_EQ(json::parse(rollouts_view(*study.live, query))["rollouts"][0]["run"], 0);
+  query.order = "newest";
+  EXPECT_EQ(json::parse(rollouts_view(*study.live, query))["rollouts"][0]["rollout"], 299);
+}
+
+TEST(LiveStudyTest, MetricsAreEscapedAndEachNameIsExplainedOnce) {
+  Study small = learner::small_study(30, 2);
+  small.name = "a\"b\\c";
+  FedStudy study(std::move(small));
+  study.answer(10);
+  study.tick();
+  const std::string text = metrics_view(*study.live, study.now);
+  EXPECT_THAT(text, HasSubstr("treeroll_rollouts_budget{study=\"a\\\"b\\\\c\"} 60\n"));
+  EXPECT_THAT(text, HasSubstr("treeroll_condition_rollouts_applied_total{study=\"a\\\"b\\\\c\","
+                              "condition=\"flat\"} 8\n"));
+  std::map<std::string, int> explained;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("# HELP ")) ++explained[line.substr(7, line.find(' ', 7) - 7)];
+  }
+  EXPECT_GT(explained.size(), 20U);
+  for (const auto& [name, count] : explained) EXPECT_EQ(count, 1) << name;
+}
+
+}  // namespace
+}  // namespace treeroll::web

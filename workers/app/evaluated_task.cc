@@ -1,0 +1,145 @@
+#include "workers/app/evaluated_task.h"
+
+#include <new>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "workers/app/checked_evaluation.h"
+#include "workers/app/process_limits.h"
+#include "workers/app/task_content.h"
+#include "workers/user_program/user_program.h"
+
+namespace treeroll::worker {
+namespace {
+
+using nlohmann::json;
+
+class OwnTask : public EvaluatedTask {
+ public:
+  explicit OwnTask(std::unique_ptr<Task> task)
+      : task_(std::move(task)), description_(task_->description()) {}
+
+  const TaskDescription& description() const override { return description_; }
+
+  Outcome evaluate(const Trial& trial, Trace* trace) override {
+    const std::unique_ptr<Controller> controller = trial.policy->controller();
+    return evaluate_checked(*task_, description_, *controller, trial.seed, trace);
+  }
+
+  const std::map<std::string, double>& terms() const override { return terms_; }
+
+  bool side_by_side() const override { return task_->side_by_side(); }
+
+  std::optional<std::vector<Outcome>> evaluate_all(std::span<const Trial> trials) override {
+    std::vector<std::unique_ptr<Controller>> controllers;
+    std::vector<Task::Evaluation> evaluations;
+    for (const Trial& trial : trials) {
+      controllers.push_back(trial.policy->controller());
+      evaluations.push_back({*controllers.back(), trial.seed});
+    }
+    return evaluate_all_checked(*task_, description_, evaluations);
+  }
+
+ private:
+  std::unique_ptr<Task> task_;
+  TaskDescription description_;
+  std::map<std::string, double> terms_;
+};
+
+class OwnTasks : public TaskSource {
+ public:
+  explicit OwnTasks(const TaskRegistry& registry) : registry_(registry) {}
+  std::unique_ptr<EvaluatedTask> make(const std::string& content, json& resolved) override {
+    return std::make_unique<OwnTask>(make_task(registry_, content, resolved));
+  }
+  void limit_cpu_time(double limit_s) override { worker::limit_cpu_time(limit_s); }
+
+ private:
+  const TaskRegistry& registry_;
+};
+
+/// A program has one task at a time. Which one that is, by the number it was made with.
+struct SharedProgram {
+  std::unique_ptr<UserProgram> program;
+  std::int64_t num_made = 0;
+  std::int64_t described = 0;
+};
+
+class ProgramTask : public EvaluatedTask {
+ public:
+  ProgramTask(SharedProgram& shared, std::int64_t number, std::string name, std::string settings,
+              TaskDescription description)
+      : shared_(shared),
+        number_(number),
+        name_(std::move(name)),
+        settings_(std::move(settings)),
+        description_(std::move(description)) {}
+
+  const TaskDescription& description() const override { return description_; }
+
+  Outcome evaluate(const Trial& trial, Trace* trace) override {
+    if (shared_.described != number_) {
+      shared_.described = 0;
+      const DescribeAnswer again = shared_.program->describe(name_, json::parse(settings_));
+      if (again.description != description_) {
+        return failed("the program describes its task otherwise than before");
+      }
+      shared_.described = number_;
+    }
+    EvaluateAnswer answer = shared_.program->evaluate(
+        {trial.run, trial.rollout, trial.seed, to_json(*trial.policy)}, description_, trace);
+    terms_ = std::move(answer.terms);
+    return answer.outcome;
+  }
+
+  const std::map<std::string, double>& terms() const override { return terms_; }
+
+ private:
+  SharedProgram& shared_;
+  std::int64_t number_;
+  std::string name_;
+  std::string settings_;
+  TaskDescription description_;
+  std::map<std::string, double> terms_;
+};
+
+class ProgramTasks : public TaskSource {
+ public:
+  explicit ProgramTasks(std::unique_ptr<UserProgram> program) {
+    shared_.program = std::move(program);
+  }
+
+  std::unique_ptr<EvaluatedTask> make(const std::string& content, json& resolved) override {
+    std::string name;
+    const TaskDescription description = resolve_task(
+        content, resolved, [&](const std::string& asked, const json& settings, json& found) {
+          name = asked;
+          shared_.described = 0;
+          const DescribeAnswer answer = shared_.program->describe(asked, settings);
+          found = answer.settings ? json::parse(*answer.settings) : settings;
+          return answer.description;
+        });
+    shared_.described = ++shared_.num_made;
+    return std::make_unique<ProgramTask>(shared_, shared_.described, std::move(name),
+                                         resolved.dump(), description);
+  }
+  void limit_cpu_time(double limit_s) override {
+    shared_.program->process().limit_cpu_time(limit_s);
+  }
+  void attend(int descriptor) override { shared_.program->attend(descriptor); }
+
+ private:
+  SharedProgram shared_;
+};
+
+}  // namespace
+
+std::unique_ptr<TaskSource> tasks_of(const TaskRegistry& registry) {
+  return std::make_unique<OwnTasks>(registry);
+}
+
+std::unique_ptr<TaskSource> tasks_of(std::unique_ptr<UserProgram> program) {
+  return std::make_unique<ProgramTasks>(std::move(program));
+}
+
+}  // namespace treeroll::worker

@@ -1,0 +1,68 @@
+"""``python3 -m treeroll task FILE.py:CLASS`` runs a task for a worker; ``python3 -m treeroll watch``
+follows what is learnt."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import sys
+from pathlib import Path
+
+from .program import run
+from .watcher import Watcher
+
+
+def load_task(place: str) -> type:
+    """The class of FILE.py:CLASS."""
+    file, _, name = place.rpartition(":")
+    spec = importlib.util.spec_from_file_location("treeroll_task", file) if file else None
+    if spec is None or not Path(file).is_file():
+        sys.exit(f"{place}: must be FILE.py:CLASS")
+    module = importlib.util.module_from_spec(spec)
+    sys.path.insert(0, str(Path(file).resolve().parent))
+    spec.loader.exec_module(module)
+    if not hasattr(module, name):
+        sys.exit(f"{place}: the file has no class {name}")
+    return getattr(module, name)
+
+
+def watch(arguments: argparse.Namespace) -> None:
+    """A line each time a run's best policy has become better."""
+    with Watcher(arguments.study, arguments.lcm_url) as watcher:
+        shown: dict = {}
+        for _ in watcher.updates(arguments.timeout_s):
+            for best in watcher.all_best():
+                key = (best.study, best.condition, best.repetition)
+                if shown.get(key) == best.reward:
+                    continue
+                shown[key] = best.reward
+                print(f"{best.study} {best.condition} {best.repetition}: reward {best.reward!r} "
+                      f"at roll-out {best.rollout}", flush=True)
+                if arguments.output:
+                    arguments.output.write_text(watcher.best().text + "\n")
+            if watcher.is_done():
+                return
+        sys.exit(f"nothing was heard for {arguments.timeout_s:g} s")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python3 -m treeroll", description=__doc__)
+    commands = parser.add_subparsers(required=True)
+    task = commands.add_parser("task", help="run a task for treeroll-worker --evaluator")
+    task.add_argument("place", metavar="FILE.py:CLASS")
+    task.set_defaults(work=lambda arguments: run(load_task(arguments.place)))
+    follow = commands.add_parser("watch", help="say what the best policies are, until the study ends")
+    follow.add_argument("--study", help="name of the study [the first that is heard]")
+    follow.add_argument("--lcm-url", help="[LCM_DEFAULT_URL, else LCM's own]")
+    follow.add_argument("--output", type=Path, help="keep the best policy of all in this file")
+    follow.add_argument("--timeout-s", type=float, default=60.0, help="give up after such a silence")
+    follow.set_defaults(work=watch)
+    arguments = parser.parse_args()
+    try:
+        arguments.work(arguments)
+    except (OSError, ValueError) as error:
+        sys.exit(f"{parser.prog}: {error}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "workers/user_program/line_reader.h"
+
+namespace treeroll::worker {
+
+/// How a user's program ended.
+struct ProgramEnd {
+  bool exited = false;  ///< else by a signal
+  int code = 0;         ///< exit status or signal
+};
+
+/// A user's program as a process: lines in on its standard input, lines out on its standard output
+/// and standard error. It ends with this process, however this ends, and with this object.
+class ProgramProcess {
+ public:
+  /// No time is too long.
+  using Deadline = std::optional<std::chrono::steady_clock::time_point>;
+
+  /// Limits of this process (RLIMIT_DATA, say) are the program's too.
+  /// Throws std::runtime_error if it cannot be started.
+  explicit ProgramProcess(const std::vector<std::string>& command);
+  ~ProgramProcess();
+  ProgramProcess(const ProgramProcess&) = delete;
+  ProgramProcess& operator=(const ProgramProcess&) = delete;
+
+  pid_t pid() const { return pid_; }
+
+  /// To be written as the program reads it.
+  void send(std::string text);
+  /// Nothing more will be sent.
+  void close_input();
+
+  /// What of its lines comes next.
+  struct Heard {
+    enum class What {
+      kOutput,    ///< a line of standard output
+      kError,     ///< a line of standard error
+      kTooLong,   ///< a line of more than `line_bytes_max` on either
+      kEnded,     ///< it has ended, or has closed its standard output and was ended; all is heard
+      kReadable,  ///< `also` can be read
+      kLate,      ///< nothing of that by the deadline
+    };
+    What what = What::kLate;
+    std::string line = {};
+  };
+  /// Waits for it. What was written to standard error before a line of standard output is told
+  /// before it.
+  /// @param also  a descriptor that is waited for too; -1: none
+  Heard hear(std::size_t line_bytes_max, Deadline deadline, int also = -1);
+
+  /// Only after kEnded.
+  ProgramEnd end() const { return *end_; }
+  /// SIGXCPU once it has used so much more processor time, rounded up to seconds.
+  void limit_cpu_time(double limit_s) const;
+  void kill() const;
+
+ private:
+  struct Pipe {
+    int descriptor = -1;
+    LineReader lines = {};
+  };
+  std::optional<Heard> next_line(std::size_t line_bytes_max);
+  static bool read(Pipe& pipe);
+  static void read_all(Pipe& pipe);
+  void write();
+  void wait_for_end();
+
+  pid_t pid_ = -1;
+  int input_ = -1;
+  Pipe output_;
+  Pipe errors_;
+  std::string unsent_;
+  bool close_when_sent_ = false;
+  std::optional<ProgramEnd> end_;
+};
+
+}  // namespace treeroll::worker
