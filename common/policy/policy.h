@@ -27,6 +27,16 @@ struct NextLayer {
   Projection project;  ///< from the layer left; it stays valid as long as it is kept
 };
 
+/// What theta does to the output, over inputs spread where the policy acts.
+struct PolicyEffect {
+  Eigen::MatrixXd outputs;     ///< N x dO, as the policy stands
+  Eigen::MatrixXd derivative;  ///< (N dO) x n, d output / d theta: input by input
+  /// n x 1: what an element that is no output counts for at least, per unit of output. A Gaussian's
+  /// mean input: 2 / deviation, so that it never steps by more than about half of that, though
+  /// nothing may move where the outputs are equal. 0 for elements in the output's unit.
+  Eigen::VectorXd least;
+};
+
 /// What a picture can show of a policy.
 struct PolicySketch {
   /// Drawn as an ellipse over [input; output].
@@ -86,6 +96,7 @@ class Policy {
   /// inputs where the policy acts.
   /// @return  theta_dim() numbers above 0, in units of theta_i per unit of output
   virtual Eigen::VectorXd steps_of_equal_effect() const = 0;
+  virtual PolicyEffect effect() const = 0;
 
   virtual PolicySketch sketch() const = 0;
   /// What to_json() writes of it: a JSON object, without "format", "version" and "kind".

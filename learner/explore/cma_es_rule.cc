@@ -1,5 +1,6 @@
 #include "learner/explore/cma_es_rule.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -12,24 +13,57 @@
 namespace treeroll::explore {
 namespace {
 
+/// A start is far from good if bold steps from it earn so many times its reward. By chance one of a
+/// generation is a little better than a good start as well, from which bold steps lose much.
+constexpr double kOutdone = 1.1;
+
 class CmaEsRule final : public PopulationRule {
  public:
-  CmaEsRule(const CmaEsRuleSettings& settings, const SearchDistribution& start)
-      : PopulationRule(settings.generation, start),
-        mirrored_(settings.mirrored),
-        search_({settings.generation.population, settings.active, settings.rate_factor}, start) {}
+  CmaEsRule(const CmaEsRuleSettings& settings, const LayerStart& start)
+      : PopulationRule(settings.generation, first_distribution(settings, start)),
+        settings_(settings),
+        search_(
+            search(is_tried(settings, start) ? *settings.bold_rate_factor : settings.rate_factor,
+                   distribution())) {
+    if (is_tried(settings, start)) cautious_ = start.distribution;
+  }
 
   Eigen::VectorXd next_normal_numbers(RandomStream stream) override {
+    if (cautious_ && !std::exchange(has_drawn_mean_, true)) {
+      return Eigen::VectorXd::Zero(distribution().mean.size());
+    }
     if (to_mirror_) return -*std::exchange(to_mirror_, std::nullopt);
     Eigen::VectorXd normal = PopulationRule::next_normal_numbers(stream);
-    if (mirrored_) to_mirror_ = normal;
+    if (settings_.mirrored) to_mirror_ = normal;
     return normal;
   }
 
  private:
+  static bool is_tried(const CmaEsRuleSettings& settings, const LayerStart& start) {
+    return settings.bold_rate_factor && start.bolder > 1;
+  }
+  static SearchDistribution first_distribution(const CmaEsRuleSettings& settings,
+                                               const LayerStart& start) {
+    SearchDistribution first = start.distribution;
+    if (is_tried(settings, start)) first.noise *= start.bolder * start.bolder;
+    return first;
+  }
+  CmaEs search(double rate_factor, const SearchDistribution& start) const {
+    return CmaEs({settings_.generation.population, settings_.active, rate_factor}, start);
+  }
+
   SearchDistribution updated(std::span<const ToldRollout> generation,
                              const SearchDistribution& /*before*/,
                              int /*num_results_of_run*/) override {
+    if (cautious_) {
+      const SearchDistribution cautious = *std::exchange(cautious_, std::nullopt);
+      if (!is_outdone(generation, cautious.mean)) {
+        // The mirror of a bold draw is none of the noise that follows.
+        to_mirror_.reset();
+        search_ = search(settings_.rate_factor, cautious);
+        return search_.distribution();
+      }
+    }
     std::vector<RatedRollout> rated;
     rated.reserve(generation.size());
     for (const ToldRollout& member : generation) rated.push_back(member.rated);
@@ -37,15 +71,34 @@ class CmaEsRule final : public PopulationRule {
     return search_.distribution();
   }
 
-  bool mirrored_;
+  /// Whether a member is far better than the mean; so without the mean among them, too: it earned
+  /// nothing in a generation that taught nothing.
+  static bool is_outdone(std::span<const ToldRollout> generation, const Eigen::VectorXd& mean) {
+    double best = 0;
+    double of_mean = 0;
+    for (const ToldRollout& member : generation) {
+      if (member.rated.theta == mean) of_mean = member.rated.reward;
+      best = std::max(best, member.rated.reward);
+    }
+    return best > kOutdone * of_mean;
+  }
+
+  CmaEsRuleSettings settings_;
   std::optional<Eigen::VectorXd> to_mirror_;  // of the last draw, if it has no mirror
   CmaEs search_;
+  std::optional<SearchDistribution> cautious_;  // while the first step is tried: what to go back to
+  bool has_drawn_mean_ = false;
 };
 
 }  // namespace
 
 std::unique_ptr<UpdateRule> make_rule(const CmaEsRuleSettings& settings, const LayerStart& start) {
-  return std::make_unique<CmaEsRule>(settings, start.distribution);
+  return std::make_unique<CmaEsRule>(settings, start);
+}
+
+void read_automatic(SettingsReader& /*exploration*/, ExplorationSettings& settings) {
+  // Measured on the swing-up: README.md.
+  settings.rule = CmaEsRuleSettings{.rate_factor = 5, .bold_rate_factor = 2};
 }
 
 void read_cma_es(SettingsReader& exploration, ExplorationSettings& settings) {

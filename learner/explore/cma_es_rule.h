@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "learner/explore/population_rule.h"
 
@@ -14,10 +15,17 @@ struct CmaEsRuleSettings {
   bool active = true;      ///< negative weights
   bool mirrored = true;    ///< draws come in pairs of opposite perturbations
   double rate_factor = 1;  ///< on the covariance's learning rates
+  /// Tries LayerStart::bolder noise with its first generation, one member of which is the mean. If
+  /// some member is far better than that, the start is far from good: the search stays bold, with
+  /// these rates. Otherwise it begins again with the initial noise and `rate_factor`.
+  std::optional<double> bold_rate_factor = {};
   bool operator==(const CmaEsRuleSettings&) const = default;
 };
 
 std::unique_ptr<UpdateRule> make_rule(const CmaEsRuleSettings& settings, const LayerStart& start);
+
+/// Rule "auto": CMA-ES as it needs no tuning, with a first step that is tried. Has no keys.
+void read_automatic(SettingsReader& exploration, ExplorationSettings& settings);
 
 /// Also says, by `coordinates`, what the initial noise of the run comes from.
 void read_cma_es(SettingsReader& exploration, ExplorationSettings& settings);

@@ -16,6 +16,8 @@ ExplorationSettings checked(ExplorationSettings settings, const Policy& start) {
   CHECK(1 <= settings.first_layer && settings.first_layer <= settings.last_layer &&
             settings.last_layer <= start.num_layers(),
         "layers to explore outside the policy");
+  CHECK(!settings.metric || (settings.initial_step && settings.output_scale > 0),
+        "a metric goes with a step and a scale");
   CHECK(settings.initial_step ||
             settings.noise_variance.size() == static_cast<std::size_t>(start.noise_variance_dim()),
         "noise_variance does not fit theta");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,11 @@ namespace {
 
 /// What is compared at each result is bounded by this.
 constexpr std::int64_t kMaxConvergenceWindow = 100'000;
+/// The rule of a study that names none.
+constexpr const char* kRuleWithVariance = "power";
+constexpr const char* kRuleWithout = "auto";
+/// Outputs of a start that does something are larger: the least factor that a setting may have.
+constexpr double kNothing = 1e-12;
 
 /// Reads what every run has. The keys of rules that it does not have are never asked for and so
 /// refused.
@@ -25,7 +31,8 @@ class Reader {
   void read_rule(std::span<const UpdateRuleKind> rules) {
     std::vector<std::string_view> names;
     for (const UpdateRuleKind& kind : rules) names.push_back(kind.name);
-    const std::string name = source_.choice("rule", names, std::string(names.front()));
+    const char* otherwise = source_.has("noise_variance") ? kRuleWithVariance : kRuleWithout;
+    const std::string name = source_.choice("rule", names, otherwise);
     const auto named = std::find(names.begin(), names.end(), name) - names.begin();
     rules[static_cast<std::size_t>(named)].read(source_, settings_);
   }
@@ -43,12 +50,36 @@ class Reader {
     settings_.stop_at_reward = source_.optional_number("stop_at_reward", kPositive);
   }
 
-  void read_noise(std::size_t component_dim) {
+  void read_noise(const Policy& start) {
     if (settings_.initial_step) return;  // The rule has said what the initial noise comes from.
+    if (!source_.has("noise_variance")) {
+      read_metric(start);
+      return;
+    }
+    const auto component_dim = static_cast<std::size_t>(start.noise_variance_dim());
     settings_.noise_variance =
         source_.numbers("noise_variance", kVariance, component_dim, component_dim);
     settings_.initial_noise_factor =
         source_.number("initial_noise_factor", kFactor, settings_.initial_noise_factor);
+  }
+
+  /// A start that does something tells the size of the output; one from nothing does not.
+  void read_metric(const Policy& start) {
+    const double size = output_size(start.effect());
+    const bool is_from_nothing = !(size > kNothing);
+    settings_.metric = source_.choice("metric", {"full", "diagonal"}, "full") == "full"
+                           ? Metric::kFull
+                           : Metric::kDiagonal;
+    if (is_from_nothing && !source_.has("output_scale")) {
+      source_.refuse("output_scale",
+                     "is required: the start policy does nothing, so nothing tells how large the "
+                     "outputs of a good policy are. Give their size, or noise_variance");
+    }
+    settings_.output_scale = source_.number("output_scale", kFactor,
+                                            is_from_nothing ? std::nullopt : std::optional(size));
+    settings_.initial_step = source_.number("initial_step", kFactor,
+                                            (is_from_nothing ? .1 : .005) * settings_.output_scale);
+    settings_.bold_step = (is_from_nothing ? .3 : .08) * settings_.output_scale;
   }
 
   void read_layers(int num_layers) {
@@ -80,7 +111,7 @@ ExplorationSettings read_exploration_settings(SettingsReader& exploration, const
   Reader reader(exploration, settings);
   reader.read_rule(rules);
   reader.read_convergence();
-  reader.read_noise(static_cast<std::size_t>(start.noise_variance_dim()));
+  reader.read_noise(start);
   reader.read_layers(start.num_layers());
   return settings;
 }

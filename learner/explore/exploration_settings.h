@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/policy/policy.h"
+#include "learner/explore/metric.h"
 #include "learner/explore/power_rule.h"
 #include "learner/explore/rule_settings.h"
 #include "learner/explore/standard_update_rules.h"
@@ -25,21 +26,28 @@ struct ExplorationSettings {
   bool stop_on_convergence = false;      ///< the run ends when the last layer has converged
   std::vector<double> noise_variance;    ///< Policy::noise_variance_dim() numbers: Sigma_noise
   double initial_noise_factor = 1;       ///< gamma: initial noise = gamma * noise_variance
-  /// In place of those two: deviation of the initial noise in Policy::steps_of_equal_effect(), in
-  /// units of the output.
+  /// In place of those two: deviation of the initial noise, in units of the output, in the steps of
+  /// `metric`; without one, in Policy::steps_of_equal_effect().
   std::optional<double> initial_step;
-  bool reuse = true;    ///< the next layer begins with the experience of the one left
-  int first_layer = 1;  ///< explored first
-  int last_layer = 1;   ///< explored to the end of the budget
+  std::optional<Metric> metric;
+  double output_scale = 0;  ///< size of the output, above 0 with `metric`
+  double bold_step = 0;     ///< as initial_step: for a start that is far from good
+  bool reuse = true;        ///< the next layer begins with the experience of the one left
+  int first_layer = 1;      ///< explored first
+  int last_layer = 1;       ///< explored to the end of the budget
   bool operator==(const ExplorationSettings&) const = default;
 };
 
 /// Reads the [exploration] table of a study for a given start policy (number of layers and of noise
 /// variances). `num_rollouts` and `in_flight` are the study's and stay untouched.
-/// `noise_variance` is required, as no default could suit every task; `last_layer` is the
-/// policy's last by default, the rest as in ExplorationSettings.
+/// Where there is no `noise_variance`, the noise follows from what theta does to the output, and
+/// from the size of the output: that of the start policy, or `output_scale`, required for a start
+/// that does nothing. `last_layer` is the policy's last by default, the rest as in
+/// ExplorationSettings.
+/// A study that names no rule has "auto"; with noise_variance it has "power", as when there was no
+/// other way.
 /// Throws ConfigError. Does not call finish(): the caller does.
-/// @param rules  that a study may name, the default first
+/// @param rules  that a study may name
 ExplorationSettings read_exploration_settings(
     SettingsReader& exploration, const Policy& start,
     std::span<const UpdateRuleKind> rules = standard_update_rules());

@@ -21,6 +21,14 @@ std::vector<RatedRollout> projected(const Projection& project,
 LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy) {
   LayerStart start;
   start.distribution.mean = policy.theta();
+  if (settings.metric) {
+    const Eigen::MatrixXd unit =
+        step_covariance(policy.effect(), *settings.metric, settings.output_scale);
+    start.noise_variance = unit.diagonal();
+    start.distribution.noise = *settings.initial_step * *settings.initial_step * unit;
+    start.bolder = settings.bold_step / *settings.initial_step;
+    return start;
+  }
   start.noise_variance = settings.initial_step
                              ? policy.steps_of_equal_effect().array().square().matrix().eval()
                              : policy.noise_variance(settings.noise_variance);
@@ -34,6 +42,7 @@ LayerStart start_with_experience(const ExplorationSettings& settings, const Upda
                                  const NextLayer& next, const Eigen::VectorXd& carried,
                                  int num_results_of_run) {
   LayerStart start = fresh_start(settings, *next.policy);
+  start.bolder = 1;
   const std::optional<Eigen::MatrixXd> jacobian =
       projection_jacobian(next.project, carried, rule.distribution().noise.diagonal().cwiseSqrt());
   Inheritance given = rule.inheritance({next.project, start, jacobian, num_results_of_run});

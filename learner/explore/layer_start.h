@@ -19,6 +19,9 @@ struct LayerStart {
   SearchDistribution distribution;
   Eigen::VectorXd noise_variance;        ///< n x 1: gamma = 1, (minimum noise) / eps_noise
   std::vector<RatedRollout> experience;  ///< of earlier layers, in theta of this one
+  /// What multiplies the deviations of the initial noise for a start that is far from good: for
+  /// rules that try. 1 where nothing is known of it, and in a layer that follows another.
+  double bolder = 1;
 };
 
 /// The policy as it stands with the initial noise and no experience.

@@ -9,10 +9,8 @@ namespace treeroll::explore {
 
 std::span<const UpdateRuleKind> standard_update_rules() {
   static constexpr UpdateRuleKind kRules[] = {
-      {"power", read_power},
-      {"pi2", read_pi2},
-      {"cem", read_cem},
-      {"cma_es", read_cma_es},
+      {"auto", read_automatic}, {"power", read_power},   {"pi2", read_pi2},
+      {"cem", read_cem},        {"cma_es", read_cma_es},
   };
   return kRules;
 }

@@ -19,7 +19,7 @@ struct UpdateRuleKind {
   void (*read)(SettingsReader& exploration, ExplorationSettings& settings);
 };
 
-/// The rules that there are; a study that names none has the first.
+/// The rules that there are. Which one a study has that names none: exploration_settings.h.
 std::span<const UpdateRuleKind> standard_update_rules();
 
 }  // namespace treeroll::explore

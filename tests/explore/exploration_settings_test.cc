@@ -162,7 +162,7 @@ TEST(ExplorationSettingsTest, NamesKeyAndRuleOfWhatItRefuses) {
     const char* error;
   };
   const Case cases[] = {
-      {"rule", "cma", "exploration.rule = \"cma\": must be one of: power, pi2, cem, cma_es"},
+      {"rule", "cma", "exploration.rule = \"cma\": must be one of: auto, power, pi2, cem, cma_es"},
       {"first_update", 0, "exploration.first_update = 0: must be an integer from 1 to 1000000000"},
       {"best_considered", 11,
        "exploration.best_considered = 11: must be at most first_update, which is 10"},
@@ -217,7 +217,7 @@ TEST(ExplorationSettingsTest, RefusesLayersInTheWrongOrderAndAMissingNoise) {
     EXPECT_STREQ(error.what(),
                  "exploration.last_layer = 1: must be at least first_layer, which is 2");
   }
-  EXPECT_THROW(read(json::object(), resolved), ConfigError);
+  EXPECT_THROW(read(json::object(), resolved), ConfigError);  // from nothing, without a scale
 }
 
 TEST(MinimumNoiseDecayTest, StartsAfterItsStartWithItsPower) {

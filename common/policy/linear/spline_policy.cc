@@ -142,16 +142,41 @@ Eigen::VectorXd SplinePolicy::noise_variance(std::span<const double> given) cons
   return variance;
 }
 
-Eigen::VectorXd SplinePolicy::steps_of_equal_effect() const {
+Eigen::MatrixXd SplinePolicy::functions(std::vector<double>& inputs) const {
   const BSpline& spline = ladder_->layer(layer_);
-  std::vector<double> inputs(kEffectInputs);
+  inputs.resize(kEffectInputs);
   for (int n = 0; n < kEffectInputs; ++n) {
     inputs[static_cast<std::size_t>(n)] =
         spline.low() + (spline.high() - spline.low()) * n / (kEffectInputs - 1);
   }
+  return spline.matrix(inputs);
+}
+
+Eigen::VectorXd SplinePolicy::steps_of_equal_effect() const {
+  std::vector<double> inputs;
   const Eigen::VectorXd mean_square =
-      spline.matrix(inputs).array().square().colwise().mean().transpose();
+      functions(inputs).array().square().colwise().mean().transpose();
   return mean_square.cwiseSqrt().cwiseInverse().replicate(output_dim(), 1);
+}
+
+PolicyEffect SplinePolicy::effect() const {
+  std::vector<double> inputs;
+  const Eigen::MatrixXd of_output = functions(inputs);
+  const Eigen::Index size = of_output.cols();
+  PolicyEffect effect{
+      .outputs = Eigen::MatrixXd(of_output.rows(), output_dim()),
+      .derivative = Eigen::MatrixXd::Zero(of_output.rows() * output_dim(), theta_dim()),
+      .least = Eigen::VectorXd::Zero(theta_dim())};
+  const std::unique_ptr<Controller> acting = controller();
+  std::vector<double> output(static_cast<std::size_t>(output_dim()));
+  for (Eigen::Index n = 0; n < of_output.rows(); ++n) {
+    acting->act({&inputs[static_cast<std::size_t>(n)], 1}, output);
+    for (int o = 0; o < output_dim(); ++o) {
+      effect.outputs(n, o) = output[static_cast<std::size_t>(o)];
+      effect.derivative.block(n * output_dim() + o, o * size, 1, size) = of_output.row(n);
+    }
+  }
+  return effect;
 }
 
 PolicySketch SplinePolicy::sketch() const {

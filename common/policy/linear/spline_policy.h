@@ -74,6 +74,7 @@ class SplinePolicy final : public Policy {
   int noise_variance_dim() const override { return output_dim(); }
   Eigen::VectorXd noise_variance(std::span<const double> given) const override;
   Eigen::VectorXd steps_of_equal_effect() const override;
+  PolicyEffect effect() const override;
   PolicySketch sketch() const override;
   nlohmann::json content() const override;
 
@@ -81,6 +82,8 @@ class SplinePolicy final : public Policy {
   /// Coefficients of the finest layer with theta at layer().
   Eigen::MatrixXd coefficients_with(const Eigen::VectorXd& theta) const;
   std::unique_ptr<Controller> controller_of(int layer) const;
+  /// The functions of layer(), at inputs spread over the range.
+  Eigen::MatrixXd functions(std::vector<double>& inputs) const;
 
   std::shared_ptr<const SplineLadder> ladder_;
   RecordedCurvePtr recorded_;

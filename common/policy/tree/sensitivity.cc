@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "common/base/check.h"
@@ -12,7 +14,7 @@ namespace treeroll {
 namespace {
 
 constexpr double kDeviations[] = {-1.5, -1, -.5, 0, .5, 1, 1.5};
-constexpr double kLeastShare = 1e-6;
+constexpr double kLeastShare = .1;
 
 struct WeightedInput {
   double weight;
@@ -35,6 +37,88 @@ std::vector<WeightedInput> inputs_of(const Gmm& gmm) {
   return inputs;
 }
 
+/// Inputs where the policy acts, dI x N.
+Eigen::MatrixXd spread_inputs(const Gmm& gmm) {
+  constexpr int kInputs = 201;
+  constexpr double kReach = 2;  // standard deviations
+  if (gmm.input_dim() > 1) {
+    const std::vector<WeightedInput> cloud = inputs_of(gmm);
+    Eigen::MatrixXd inputs(gmm.input_dim(), static_cast<Eigen::Index>(cloud.size()));
+    for (std::size_t n = 0; n < cloud.size(); ++n) {
+      inputs.col(static_cast<Eigen::Index>(n)) = cloud[n].input;
+    }
+    return inputs;
+  }
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const Component& component : gmm.components()) {
+    const double reach = kReach * std::sqrt(component.covariance(0, 0));
+    low = std::min(low, component.mean[0] - reach);
+    high = std::max(high, component.mean[0] + reach);
+  }
+  return Eigen::RowVectorXd::LinSpaced(kInputs, low, high);
+}
+
+/// Outputs at several inputs, dO x N.
+Eigen::MatrixXd regress_all(const Gmr& gmr, const Eigen::MatrixXd& inputs) {
+  Eigen::MatrixXd outputs(gmr.output_dim(), inputs.cols());
+  Gmr::WorkSpace work = gmr.work_space();
+  gmr.regress_all({inputs.data(), static_cast<std::size_t>(inputs.size())}, work,
+                  {outputs.data(), static_cast<std::size_t>(outputs.size())});
+  return outputs;
+}
+
+/// How far an element is moved for a difference: half of the digits for the step, the others for
+/// the difference it makes.
+double difference_step(double element) { return 1e-5 * std::max(1e-3, std::abs(element)); }
+
+/// PolicyEffect::least of the explored layer.
+Eigen::VectorXd least_effect(const TreePolicy& policy) {
+  const Gmm gmm = policy.tree().layer(policy.layer());
+  // Where a mean input stands in a component's theta is the layout's business: it is found by what
+  // moves.
+  std::vector<Component> moved = gmm.components();
+  for (Component& component : moved) component.mean.head(gmm.input_dim()).array() += 1;
+  const Eigen::VectorXd difference =
+      to_theta(policy.layout(), Gmm(gmm.input_dim(), std::move(moved))) - policy.theta();
+  const Eigen::Index size = difference.size() / gmm.num_components();
+  Eigen::VectorXd least = Eigen::VectorXd::Zero(difference.size());
+  for (int k = 0; k < gmm.num_components(); ++k) {
+    for (Eigen::Index i = 0; i < gmm.input_dim() && i < size; ++i) {
+      if (difference[k * size + i] > .5) {
+        least[k * size + i] = 2 / std::sqrt(gmm[k].covariance(i, i));
+      }
+    }
+  }
+  return least;
+}
+
+/// What each element might move the output at most, as its floor is a share of it.
+Eigen::VectorXd most_expected(const TreePolicy& policy, const Eigen::VectorXd& rms,
+                              const std::vector<WeightedInput>& inputs) {
+  const Gmm finest = policy.tree().finest();
+  const Gmr gmr(finest);
+  double size = 0;  // of the outputs, and of their spread where all are 0
+  double weight_sum = 0;
+  for (const WeightedInput& at : inputs) {
+    size += at.weight * gmr.regress(at.input).squaredNorm();
+    weight_sum += at.weight;
+  }
+  size = std::sqrt(size / weight_sum);
+  const int num_outputs = finest.output_dim();
+  for (const Component& component : finest.components()) {
+    size = std::max(size, std::sqrt(component.covariance.diagonal().tail(num_outputs).maxCoeff()));
+  }
+  const Eigen::VectorXd least = least_effect(policy);
+  double largest = 0;
+  for (Eigen::Index i = 0; i < rms.size(); ++i) {
+    if (least[i] == 0) largest = std::max(largest, rms[i]);
+  }
+  Eigen::VectorXd most(rms.size());
+  for (Eigen::Index i = 0; i < rms.size(); ++i) most[i] = least[i] == 0 ? largest : least[i] * size;
+  return most;
+}
+
 }  // namespace
 
 Eigen::VectorXd sensitivity_scale(const TreePolicy& policy) {
@@ -45,8 +129,7 @@ Eigen::VectorXd sensitivity_scale(const TreePolicy& policy) {
 
   Eigen::VectorXd rms(theta.size());
   for (Eigen::Index i = 0; i < theta.size(); ++i) {
-    // Half of the digits for the step, the others for the difference it makes.
-    const double step = 1e-5 * std::max(1e-3, std::abs(theta[i]));
+    const double step = difference_step(theta[i]);
     Eigen::VectorXd ahead = theta;
     Eigen::VectorXd behind = theta;
     ahead[i] += step;
@@ -60,9 +143,30 @@ Eigen::VectorXd sensitivity_scale(const TreePolicy& policy) {
     }
     rms[i] = std::sqrt(sum / weight_sum) / (ahead[i] - behind[i]);
   }
-  const double largest = rms.maxCoeff();
-  CHECK(std::isfinite(largest) && largest > 0, "a policy whose output nothing moves");
-  return rms.cwiseMax(kLeastShare * largest).cwiseInverse();
+  CHECK(rms.allFinite() && rms.maxCoeff() > 0, "a policy whose output nothing moves");
+  return rms.cwiseMax(kLeastShare * most_expected(policy, rms, inputs)).cwiseInverse();
+}
+
+PolicyEffect tree_effect(const TreePolicy& policy) {
+  const Eigen::VectorXd theta = policy.theta();
+  const Gmm finest = policy.tree().finest();
+  const Eigen::MatrixXd inputs = spread_inputs(finest);
+  PolicyEffect effect;
+  effect.outputs = regress_all(Gmr(finest), inputs).transpose();
+  effect.derivative.resize(effect.outputs.size(), theta.size());
+  for (Eigen::Index i = 0; i < theta.size(); ++i) {
+    const double step = difference_step(theta[i]);
+    Eigen::VectorXd ahead = theta;
+    Eigen::VectorXd behind = theta;
+    ahead[i] += step;
+    behind[i] -= step;
+    effect.derivative.col(i) = ((regress_all(Gmr(policy.decode(ahead)), inputs) -
+                                 regress_all(Gmr(policy.decode(behind)), inputs)) /
+                                (ahead[i] - behind[i]))
+                                   .reshaped();
+  }
+  effect.least = least_effect(policy);
+  return effect;
 }
 
 }  // namespace treeroll

@@ -69,6 +69,8 @@ Eigen::VectorXd TreePolicy::noise_variance(std::span<const double> given) const 
 
 Eigen::VectorXd TreePolicy::steps_of_equal_effect() const { return sensitivity_scale(*this); }
 
+PolicyEffect TreePolicy::effect() const { return tree_effect(*this); }
+
 PolicySketch TreePolicy::sketch() const {
   PolicySketch sketch;
   for (int layer = 1; layer <= num_layers(); ++layer) {

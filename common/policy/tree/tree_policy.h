@@ -35,6 +35,7 @@ class TreePolicy final : public Policy {
   int noise_variance_dim() const override;
   Eigen::VectorXd noise_variance(std::span<const double> given) const override;
   Eigen::VectorXd steps_of_equal_effect() const override;
+  PolicyEffect effect() const override;
   PolicySketch sketch() const override;
   nlohmann::json content() const override;
 

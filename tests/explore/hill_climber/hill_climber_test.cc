@@ -61,7 +61,7 @@ TEST(HillClimberTest, IsReadFromAStudyWithItsOwnSettings) {
   EXPECT_NE(refusal_of_climber(bad), "") << "another rule's key";
   bad["rule"] = "unheard";
   EXPECT_EQ(refusal_of_climber(bad),
-            "exploration.rule = \"unheard\": must be one of: power, pi2, cem, cma_es, "
+            "exploration.rule = \"unheard\": must be one of: auto, power, pi2, cem, cma_es, "
             "hill_climber");
 }
 

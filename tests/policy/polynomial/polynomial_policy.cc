@@ -94,6 +94,24 @@ Eigen::VectorXd PolynomialPolicy::steps_of_equal_effect() const {
   return steps.replicate(output_dim(), 1);
 }
 
+PolicyEffect PolynomialPolicy::effect() const {
+  constexpr int kInputs = 101;
+  const int size = num_explored();
+  PolicyEffect effect{.outputs = Eigen::MatrixXd::Zero(kInputs, output_dim()),
+                      .derivative = Eigen::MatrixXd::Zero(kInputs * output_dim(), theta_dim()),
+                      .least = Eigen::VectorXd::Zero(theta_dim())};
+  for (int n = 0; n < kInputs; ++n) {
+    for (int o = 0; o < output_dim(); ++o) {
+      for (Eigen::Index j = coefficients_.cols(); j-- > 0;) {
+        const double power = std::pow(n / (kInputs - 1.), j);
+        effect.outputs(n, o) += coefficients_(o, j) * power;
+        if (j < size) effect.derivative(n * output_dim() + o, o * size + j) = power;
+      }
+    }
+  }
+  return effect;
+}
+
 PolicySketch PolynomialPolicy::sketch() const {
   PolicySketch sketch;
   for (const int degree : degrees_) {

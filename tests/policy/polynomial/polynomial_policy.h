@@ -37,6 +37,7 @@ class PolynomialPolicy final : public Policy {
   Eigen::VectorXd noise_variance(std::span<const double> given) const override;
   /// 1 / rms of x^j over [0, 1].
   Eigen::VectorXd steps_of_equal_effect() const override;
+  PolicyEffect effect() const override;
   PolicySketch sketch() const override;
   nlohmann::json content() const override;
 
