@@ -73,9 +73,9 @@ class SlurmTest : public NetworkTest {
     while (!job.empty() && job.back() == '\n') job.pop_back();
     return job;
   }
-  /// Lines "JOB_TASK STATE NODE" of what waits or runs.
+  /// Lines "JOB_TASK NAME STATE NODE" of what waits or runs.
   std::string queue() const {
-    return command("squeue", {"--noheader", "--array", "--format=%i %T %N"}).output;
+    return command("squeue", {"--noheader", "--array", "--format=%i %j %T %N"}).output;
   }
   std::string log_of(const std::string& name) const {
     return read_file(service_.directory() / name);
@@ -185,16 +185,14 @@ TEST_F(SlurmTest, ATaskCancelledAndANodeDrainedLeaveNoTraceInTheFiles) {
   output("scancel", {"--nodelist=two", "--name=treeroll-worker"});
   ASSERT_TRUE(journal_grows(state("learnt"), 5000)) << log_of("learner.log") << queue();
   EXPECT_TRUE(eventually(seconds(30), [&] {
-    return queue().find("treeroll-worker") == std::string::npos &&
-           command("sinfo", {"--noheader", "--nodes=two", "--format=%T"})
-               .output.starts_with("drain");
+    return output("sinfo", {"--noheader", "--nodes=two", "--format=%T"}) == "drained\n";
   })) << queue();
 
   // The learner's job is asked to end, and the same command goes on.
-  if (queue().find(learner + " RUNNING") != std::string::npos) {
+  if (queue().find(learner + " treeroll-learner RUNNING") != std::string::npos) {
     output("scancel", {"--signal=TERM", "--full", learner});
     ASSERT_TRUE(eventually(seconds(30), [&] {
-      return queue().find(learner + " ") == std::string::npos;
+      return queue().find("treeroll-learner") == std::string::npos;
     })) << queue();
     submit({"--output=" + folder + "/learner-2.log", deploy("slurm/learner.sbatch"), study.string(),
             state("learnt").string()});

@@ -1,4 +1,4 @@
-#include "workers/relay/app/relay_daemon.h"
+#include "relay/app/relay_daemon.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>

@@ -1,4 +1,4 @@
-#include "workers/relay/downlink.h"
+#include "relay/downlink.h"
 
 #include <nlohmann/json.hpp>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "workers/relay/rack.h"
+#include "relay/rack.h"
 
 #include <algorithm>
 #include <limits>

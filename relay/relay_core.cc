@@ -1,4 +1,4 @@
-#include "workers/relay/relay_core.h"
+#include "relay/relay_core.h"
 
 #include <fmt/format.h>
 
