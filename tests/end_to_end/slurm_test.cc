@@ -134,7 +134,7 @@ SchedulerParameters=sched_interval=1,batch_sched_delay=1
 KillWait=20
 NodeName=one NodeHostname={0} NodeAddr=127.0.0.1 Port=16818 CPUs={2}
 NodeName=two NodeHostname={0} NodeAddr=127.0.0.1 Port=16819 CPUs={2}
-PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
+PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP OverSubscribe=FORCE:4
 )",
                                                                 name, folder, kCpusPerNode));
     environment_ = {
