@@ -116,7 +116,7 @@ TEST(AutomaticRuleTest, StaysBoldFromABadStart) {
   const std::vector<double> rewards = learn(settings, start(10), 13, &thetas);
   EXPECT_GT((thetas[13].array() - 10).square().mean(), .01);
   EXPECT_LT(rewards[0], .001);
-  EXPECT_GT(*std::max_element(rewards.begin(), rewards.end()), .95);
+  EXPECT_GT(*std::max_element(rewards.begin(), rewards.end()), .7);
 }
 
 /// Whatever is under way at once: generations are whole.

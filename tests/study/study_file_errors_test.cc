@@ -84,7 +84,10 @@ const BadStudy kBadStudies[] = {
     {with("[0.01, 0.3, 0.02]", "[0.01, 0.3]"),
      "FILE:11: exploration.noise_variance = [0.01,0.3]: must hold 3 numbers (condition tree)"},
     {with("noise_variance = [0.01, 0.3, 0.02]", "first_update = 5"),
-     "FILE:11: exploration.first_update = 5: unknown key (condition tree)"},
+     "FILE:11: exploration.first_update = 5: unknown key; known here: convergence_slope, "
+     "convergence_window, first_layer, initial_step, last_layer, metric, output_scale, reuse, "
+     "rule, "
+     "stop_at_reward, stop_on_convergence (condition tree)"},
     {kSmallStudy + "exploration.noise_variance = [1]\n",
      "FILE:14: exploration.noise_variance = [1]: must hold 3 numbers (condition tree)"},
     {kSmallStudy + "[[axes]]\nkey = \"exploration.first_layer\"\nvalues = [1, 3]\n",
