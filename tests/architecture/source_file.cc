@@ -112,7 +112,7 @@ std::vector<SourceFile> read_tree(const std::filesystem::path& root) {
     }
   }
   for (const char* folder :
-       {"common", "sim", "workers", "learner", "relay", "lcmtypes", "tests", "deploy"}) {
+       {"common", "sim", "workers", "learner", "lcmtypes", "tests", "deploy"}) {
     if (!fs::exists(root / folder)) continue;
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / folder)) {
       if (entry.is_regular_file() && is_text(entry.path())) {

@@ -1,4 +1,4 @@
-#include "relay/relay_core.h"
+#include "workers/relay/relay_core.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "common/protocol/pieces.h"
-#include "relay/relay_core.h"
 #include "tests/learner_core/fake_worker.h"
+#include "workers/relay/relay_core.h"
 
 namespace treeroll::relay {
 

@@ -4,11 +4,11 @@
 #include <utility>
 #include <vector>
 
-#include "relay/relay_core.h"
 #include "tests/simulation/dice.h"
 #include "tests/simulation/node.h"
 #include "tests/simulation/observer.h"
 #include "tests/simulation/scenario.h"
+#include "workers/relay/relay_core.h"
 
 namespace treeroll::simulation {
 

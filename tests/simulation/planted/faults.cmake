@@ -234,19 +234,19 @@ plant("an answer that is seen and not settled is dropped" workers/core/worker_co
 
 # With relays.
 
-plant("relay: a question is sealed anew" relay/downlink.cc
+plant("relay: a question is sealed anew" workers/relay/downlink.cc
   [[question.content = request.content;]]
   [[question.content = request.content + (PLANTED ? 1 : 0);]])
 
-plant("relay: the seed of a trial is lost" relay/downlink.cc
+plant("relay: the seed of a trial is lost" workers/relay/downlink.cc
   [[question.task_seed = request.task_seed;]]
   [[question.task_seed = PLANTED ? 0 : request.task_seed;]])
 
-plant("relay: leases below are not looked after" relay/rack.cc
+plant("relay: leases below are not looked after" workers/relay/rack.cc
   [[for (auto& [id, downlink] : downlinks_) downlink.look_after_leases(]]
   [[if (!PLANTED)
     for (auto& [id, downlink] : downlinks_) downlink.look_after_leases(]])
 
-plant("relay: the answer to a withdrawn question is given" relay/rack.cc
+plant("relay: the answer to a withdrawn question is given" workers/relay/rack.cc
   [[return what.name == name;]]
   [[return !PLANTED && what.name == name;]])

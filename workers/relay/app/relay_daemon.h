@@ -10,7 +10,7 @@
 #include "common/transport/bus.h"
 #include "common/transport/bus_trouble.h"
 #include "common/transport/loop.h"
-#include "relay/relay_core.h"
+#include "workers/relay/relay_core.h"
 
 namespace treeroll::relay {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "learner/core/learner_events.h"
-#include "relay/downlink.h"
 #include "workers/core/evaluators.h"
+#include "workers/relay/downlink.h"
 
 namespace treeroll::relay {
 

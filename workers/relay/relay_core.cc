@@ -1,4 +1,4 @@
-#include "relay/relay_core.h"
+#include "workers/relay/relay_core.h"
 
 #include <fmt/format.h>
 

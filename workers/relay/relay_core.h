@@ -9,9 +9,9 @@
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
 #include "learner/core/worker_table.h"
-#include "relay/rack.h"
-#include "relay/relay_events.h"
 #include "workers/core/worker_core.h"
+#include "workers/relay/rack.h"
+#include "workers/relay/relay_events.h"
 
 namespace treeroll::relay {
 

@@ -1,4 +1,4 @@
-#include "relay/downlink.h"
+#include "workers/relay/downlink.h"
 
 #include <nlohmann/json.hpp>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "relay/rack.h"
+#include "workers/relay/rack.h"
 
 #include <algorithm>
 #include <limits>

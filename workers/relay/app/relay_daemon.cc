@@ -1,4 +1,4 @@
-#include "relay/app/relay_daemon.h"
+#include "workers/relay/app/relay_daemon.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>

@@ -9,7 +9,7 @@
 #include "common/program/program.h"
 #include "common/program/random_id.h"
 #include "common/protocol/limits.h"
-#include "relay/app/relay_daemon.h"
+#include "workers/relay/app/relay_daemon.h"
 
 namespace treeroll::relay {
 namespace {
