@@ -241,7 +241,6 @@ class LearnerDaemon : private learner::EffectHandler {
   /// Whoever watches asks twice a second: the last look shows how it ended, not the one before.
   void show_the_end() {
     if (!page_ || !page_->is_watched()) return;
-    has_ended_ = true;
     is_stopping_ = true;  // a signal ends it at once
     transport::Timer end(loop_, [this] { loop_.stop(); });
     end.set(loop_.now() + kLastLook);
@@ -249,12 +248,16 @@ class LearnerDaemon : private learner::EffectHandler {
   }
 
   void step(const learner::Event& event) {
-    if (failure_ || has_ended_) return;
+    if (failure_) return;
     effects_.clear();
     core_->step(loop_.now(), event, effects_);
     on_disk([this] { learner::carry_out(effects_, *this); });
     if (failure_) return;
-    if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return loop_.stop();
+    if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) {
+      // Once: a loop that is stopped while nobody runs it would not run again.
+      if (!std::exchange(has_ended_, true)) loop_.stop();
+      return;
+    }
     if (!answer_is_due_) core_timer_.set(core_->next_deadline());
   }
 

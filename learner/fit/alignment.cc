@@ -48,11 +48,14 @@ Eigen::VectorXd output_weights(const Demonstrations& all) {
   for (Eigen::Index i = 0; i < num_outputs; ++i) {
     double count = 0, mean = 0, variance = 0;
     for (const Eigen::MatrixXd& one : all) {
-      for (Eigen::Index n = 0; n < one.cols(); ++n) mean += one(1 + i, n), ++count;
+      for (Eigen::Index n = 0; n < one.cols(); ++n) {
+        if (!std::isnan(one(1 + i, n))) mean += one(1 + i, n), ++count;
+      }
     }
     mean /= count;
     for (const Eigen::MatrixXd& one : all) {
       for (Eigen::Index n = 0; n < one.cols(); ++n) {
+        if (std::isnan(one(1 + i, n))) continue;
         variance += (one(1 + i, n) - mean) * (one(1 + i, n) - mean) / count;
       }
     }
@@ -70,13 +73,15 @@ Eigen::RowVectorXd warped_times(const Eigen::MatrixXd& one, const Eigen::MatrixX
   const auto num_own = static_cast<std::size_t>(one.cols());
   const auto num_reference = static_cast<std::size_t>(reference.cols());
   const auto distance = [&](std::size_t a, std::size_t b) {
-    double sum = 0;
+    double sum = 0, num_common = 0;
     for (Eigen::Index i = 0; i < weights.size(); ++i) {
       const double difference =
           one(1 + i, static_cast<Eigen::Index>(a)) - reference(1 + i, static_cast<Eigen::Index>(b));
+      if (std::isnan(difference)) continue;  // one of the two lacks this output
       sum += weights[i] * difference * difference;
+      ++num_common;
     }
-    return sum;
+    return num_common > 0 ? sum * (static_cast<double>(weights.size()) / num_common) : 0;
   };
   constexpr double kFar = std::numeric_limits<double>::infinity();
   std::vector<Step> steps(num_own * num_reference);

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <iterator>
+#include <limits>
 #include <system_error>
 #include <utility>
 
@@ -111,7 +112,8 @@ std::string text_of(const Eigen::MatrixXd& data, const std::vector<std::string>&
   text += '\n';
   for (Eigen::Index n = 0; n < data.cols(); ++n) {
     for (Eigen::Index i = 0; i < data.rows(); ++i) {
-      fmt::format_to(std::back_inserter(text), "{}{}", i == 0 ? "" : ",", data(i, n));
+      if (i > 0) text += ',';
+      if (!std::isnan(data(i, n))) fmt::format_to(std::back_inserter(text), "{}", data(i, n));
     }
     text += '\n';
   }
@@ -153,7 +155,8 @@ void check_pairs(const std::vector<Eigen::MatrixXd>& demonstrations, Alignment a
 }  // namespace
 
 Eigen::MatrixXd parse_demonstration(std::string_view text, const std::string& name,
-                                    const std::vector<std::string>& columns) {
+                                    const std::vector<std::string>& columns,
+                                    std::size_t num_needed) {
   CsvRows rows(text, name);  // first: it refuses what is no UTF-8
   check_separator(text, name + ":1", columns);
   if (!rows.next()) refuse(name, "is empty: must begin with a line of column names");
@@ -165,8 +168,16 @@ Eigen::MatrixXd parse_demonstration(std::string_view text, const std::string& na
       refuse(rows.place(), fmt::format("has {} columns, must have the {} of the first line",
                                        rows.fields().size(), num_fields));
     }
+    std::size_t num_missing = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i) {
-      numbers.push_back(number_of(rows.fields()[wanted[i]], rows.place(), columns[i]));
+      const std::string& field = rows.fields()[wanted[i]];
+      const bool is_missing = i >= num_needed && field.empty();
+      num_missing += is_missing ? 1 : 0;
+      numbers.push_back(is_missing ? std::numeric_limits<double>::quiet_NaN()
+                                   : number_of(field, rows.place(), columns[i]));
+    }
+    if (num_missing > 0 && num_missing == columns.size() - num_needed) {
+      refuse(rows.place(), "has no output: an observation must have one at least");
     }
   }
   const auto dim = static_cast<Eigen::Index>(columns.size());
@@ -176,7 +187,8 @@ Eigen::MatrixXd parse_demonstration(std::string_view text, const std::string& na
 
 CsvDemonstration read_demonstration_files(const std::vector<std::string>& files,
                                           const std::vector<std::string>& columns,
-                                          const FileReader& read_file, Alignment alignment) {
+                                          const FileReader& read_file, Alignment alignment,
+                                          std::size_t num_needed) {
   if (!read_file) refuse(files.front(), "cannot be read: there are no files here");
   std::vector<Eigen::MatrixXd> demonstrations;
   CsvDemonstration result;
@@ -185,7 +197,7 @@ CsvDemonstration read_demonstration_files(const std::vector<std::string>& files,
   for (const std::string& file : files) {
     const std::string text = read_file(file);
     hashes += to_hex(content_hash(text));
-    demonstrations.push_back(parse_demonstration(text, file, columns));
+    demonstrations.push_back(parse_demonstration(text, file, columns, num_needed));
     num_observations += demonstrations.back().cols();
     check_size(num_observations, file);
     if (alignment != Alignment::kNone) check_times(demonstrations.back().row(0), file, columns[0]);
@@ -206,12 +218,13 @@ CsvDemonstration read_demonstration_files(const std::vector<std::string>& files,
 }
 
 CsvDemonstration read_demonstration_text(const std::string& text, const std::string& content,
-                                         const std::vector<std::string>& columns) {
+                                         const std::vector<std::string>& columns,
+                                         std::size_t num_needed) {
   const std::string place = "demonstrations." + content;
   const std::string found = to_hex(content_hash(text));
   if (found != content) refuse(place, "has another content, " + found);
   CsvDemonstration result;
-  result.data = parse_demonstration(text, place, columns);
+  result.data = parse_demonstration(text, place, columns, num_needed);
   check_size(result.data.cols(), place);
   if (result.data.cols() < 2) refuse(place, "holds less than 2 observations");
   result.text = text;

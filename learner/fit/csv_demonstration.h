@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -17,15 +18,21 @@ class DemonstrationError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// No field of a wanted column may be empty.
+inline constexpr std::size_t kAllNeeded = static_cast<std::size_t>(-1);
+
 /// One observation a row under a row of column names, as csv_rows.h reads them; numbers may have a
 /// plus sign. Other columns are not looked at, except that each row has them all.
 /// Throws DemonstrationError on columns that are missing or there twice, on rows of another length
-/// and on anything in a wanted column that is not a finite number.
+/// and on anything in a wanted column that is not a finite number. Where fields may be empty, it
+/// throws on a row in which all of those are.
 /// @param name     of the file, for errors
 /// @param columns  d names: the rows of the result
+/// @param num_needed  the columns after so many may have empty fields, which become NaN
 /// @return         d x N, columns are observations in the order of the lines; N may be 0
 Eigen::MatrixXd parse_demonstration(std::string_view text, const std::string& name,
-                                    const std::vector<std::string>& columns);
+                                    const std::vector<std::string>& columns,
+                                    std::size_t num_needed = kAllNeeded);
 
 /// A demonstration has at least 2 observations and at most 100 000.
 struct CsvDemonstration {
@@ -43,11 +50,13 @@ struct CsvDemonstration {
 CsvDemonstration read_demonstration_files(const std::vector<std::string>& files,
                                           const std::vector<std::string>& columns,
                                           const FileReader& read_file,
-                                          Alignment alignment = Alignment::kNone);
+                                          Alignment alignment = Alignment::kNone,
+                                          std::size_t num_needed = kAllNeeded);
 
 /// The demonstration whose CsvDemonstration::text this is, from outside. Throws DemonstrationError
 /// also if its content is another.
 CsvDemonstration read_demonstration_text(const std::string& text, const std::string& content,
-                                         const std::vector<std::string>& columns);
+                                         const std::vector<std::string>& columns,
+                                         std::size_t num_needed = kAllNeeded);
 
 }  // namespace treeroll

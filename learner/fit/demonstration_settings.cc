@@ -33,17 +33,20 @@ Demonstration cart_acceleration(SettingsReader& reader) {
   return result;
 }
 
-/// Of each row; 0 exactly where all its numbers are the same.
+/// Of each row, of the numbers that are not missing; 0 exactly where all are the same.
 Eigen::VectorXd variances(const Eigen::MatrixXd& data) {
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(data.rows());
-  const auto count = static_cast<double>(data.cols());
   for (Eigen::Index i = 0; i < data.rows(); ++i) {
-    if (data.row(i).minCoeff() == data.row(i).maxCoeff()) continue;
-    double mean = 0;
-    for (Eigen::Index n = 0; n < data.cols(); ++n) mean += data(i, n) / count;
+    std::vector<double> row;
     for (Eigen::Index n = 0; n < data.cols(); ++n) {
-      variance[i] += (data(i, n) - mean) * (data(i, n) - mean) / count;
+      if (!std::isnan(data(i, n))) row.push_back(data(i, n));
     }
+    const auto [low, high] = std::minmax_element(row.begin(), row.end());
+    if (row.empty() || *low == *high) continue;
+    const auto count = static_cast<double>(row.size());
+    double mean = 0;
+    for (const double number : row) mean += number / count;
+    for (const double number : row) variance[i] += (number - mean) * (number - mean) / count;
   }
   return variance;
 }
@@ -63,12 +66,12 @@ Alignment read_alignment(SettingsReader& reader, std::size_t num_files, int num_
 }
 
 CsvDemonstration read_files(SettingsReader& reader, const std::vector<std::string>& columns,
-                            int num_inputs, const FileReader& read_file) {
+                            int num_inputs, std::size_t num_needed, const FileReader& read_file) {
   const std::vector<std::string> files = reader.strings("files", kFilesMax);
   const Alignment alignment = read_alignment(reader, files.size(), num_inputs);
   CsvDemonstration demonstration;
   try {
-    demonstration = read_demonstration_files(files, columns, read_file, alignment);
+    demonstration = read_demonstration_files(files, columns, read_file, alignment, num_needed);
   } catch (const DemonstrationError& error) {
     reader.refuse("files", error.what());
   }
@@ -81,11 +84,11 @@ CsvDemonstration read_files(SettingsReader& reader, const std::vector<std::strin
 
 /// A resolved study holds the data itself, under the name of their content.
 CsvDemonstration find_content(SettingsReader& reader, const std::vector<std::string>& columns,
-                              const FileReader& find) {
+                              std::size_t num_needed, const FileReader& find) {
   const std::string content = reader.string("content");
   try {
     if (!find) throw DemonstrationError("there are no demonstrations here");
-    return read_demonstration_text(find(content), content, columns);
+    return read_demonstration_text(find(content), content, columns, num_needed);
   } catch (const DemonstrationError& error) {
     reader.refuse("content", error.what());
   }
@@ -101,15 +104,23 @@ Demonstration from_table(SettingsReader& reader, const StartSources& sources) {
     }
     columns.push_back(std::move(output));
   }
+  // Only where it is there: a resolved study of an earlier version has no such key.
+  const bool may_miss = reader.has("missing_outputs") && reader.boolean("missing_outputs");
+  const std::size_t num_needed = may_miss ? static_cast<std::size_t>(result.input_dim) : kAllNeeded;
   const bool has_data = reader.has("content") && !reader.has("files");
   const CsvDemonstration demonstration =
-      has_data ? find_content(reader, columns, sources.find_demonstration)
-               : read_files(reader, columns, result.input_dim, sources.read_file);
+      has_data ? find_content(reader, columns, num_needed, sources.find_demonstration)
+               : read_files(reader, columns, result.input_dim, num_needed, sources.read_file);
   const Eigen::VectorXd variance = variances(demonstration.data);
   for (Eigen::Index i = 0; i < result.input_dim; ++i) {
     if (variance[i] > 0) continue;
     reader.refuse("inputs", fmt::format("column \"{}\" of the files does not vary",
                                         columns[static_cast<std::size_t>(i)]));
+  }
+  for (Eigen::Index i = result.input_dim; i < demonstration.data.rows(); ++i) {
+    if (!demonstration.data.row(i).array().isNaN().all()) continue;
+    reader.refuse("outputs", fmt::format("column \"{}\" of the files has no number",
+                                         columns[static_cast<std::size_t>(i)]));
   }
   result.data = demonstration.data;
   result.text = demonstration.text;
@@ -119,6 +130,10 @@ Demonstration from_table(SettingsReader& reader, const StartSources& sources) {
 }
 
 }  // namespace
+
+bool Demonstration::output_varies(Eigen::Index output) const {
+  return variances(data.row(input_dim + output))[0] > 0;
+}
 
 Demonstration read_demonstration(SettingsReader reader, const StartSources& sources) {
   const bool is_csv =

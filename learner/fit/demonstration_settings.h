@@ -11,11 +11,15 @@ class SettingsReader;
 
 /// Data to fit a policy to, and what suits their units.
 struct Demonstration {
-  Eigen::MatrixXd data;            ///< d x N, inputs over outputs, columns are observations
+  Eigen::MatrixXd data;            ///< d x N, inputs over outputs, columns are observations; an
+                                   ///< output that is missing is NaN (missing_outputs.h)
   std::string text;                ///< CsvDemonstration::text of files, else empty
   int input_dim = 1;               ///< dI
   Eigen::VectorXd regularisation;  ///< d x 1, variances a fit adds by default
   double output_deviation = 5;     ///< of the components EM starts from by default; 0: none suits
+
+  /// Whether the numbers of an output, counted from 0, are not all the same.
+  bool output_varies(Eigen::Index output) const;
 };
 
 /// Reads [policy.demonstration], of one of two kinds:
@@ -31,6 +35,7 @@ struct Demonstration {
 ///                                # (alignment.h); the content is what comes of it
 ///   inputs = ["t"]               # names of columns
 ///   outputs = ["x", "y"]
+///   missing_outputs = false      # true: an observation may lack outputs, whose fields are empty
 ///   content = "5d..."            # the data's: refused where the files have changed; or instead of
 ///                                # files, where the sources know the data by it
 ///

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -12,6 +14,7 @@
 #include "common/base/elementary.h"
 #include "common/base/mirrored.h"
 #include "common/policy/tree/frame.h"
+#include "learner/fit/missing_outputs.h"
 
 namespace treeroll {
 namespace {
@@ -62,15 +65,38 @@ struct Expectation {
 Expectation expect(const Gmm& gmm, const Eigen::MatrixXd& data) {
   CHECK(data.rows() == gmm.dim() && data.cols() > 0, "data are d x N, N > 0");
   const int num_components = gmm.num_components();
-  std::vector<LogDensity> densities;
-  for (const Component& component : gmm.components()) densities.emplace_back(component);
+  // A sample that lacks outputs counts by the density of those that it has.
+  std::map<std::vector<Eigen::Index>, std::vector<LogDensity>> densities_of_rows;
+  const auto densities_of = [&](const std::vector<Eigen::Index>& rows) -> std::vector<LogDensity>& {
+    std::vector<LogDensity>& densities = densities_of_rows[rows];
+    if (!densities.empty()) return densities;
+    for (const Component& component : gmm.components()) {
+      densities.emplace_back(marginal(component, rows));
+    }
+    return densities;
+  };
+  const bool has_all = is_complete(data);
+  std::vector<Eigen::Index> rows(static_cast<std::size_t>(data.rows()));
+  std::iota(rows.begin(), rows.end(), Eigen::Index{0});
+  std::vector<LogDensity>* densities = &densities_of(rows);
+  Eigen::VectorXd sample;
   Expectation result;
   result.responsibilities.resize(num_components, data.cols());
   for (Eigen::Index n = 0; n < data.cols(); ++n) {
     double* column = result.responsibilities.col(n).data();
+    const double* x = data.col(n).data();
+    if (!has_all) {
+      rows = rows_of(data.col(n));
+      densities = &densities_of(rows);
+      sample.resize(static_cast<Eigen::Index>(rows.size()));
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        sample[static_cast<Eigen::Index>(i)] = data(rows[i], n);
+      }
+      x = sample.data();
+    }
     double largest = -std::numeric_limits<double>::infinity();
     for (int k = 0; k < num_components; ++k) {
-      column[k] = densities[static_cast<std::size_t>(k)](data.col(n).data());
+      column[k] = (*densities)[static_cast<std::size_t>(k)](x);
       largest = std::max(largest, column[k]);
     }
     double sum = 0;
@@ -112,6 +138,29 @@ Component maximise(const Eigen::MatrixXd& data, const Eigen::VectorXd& weight,
   return component;
 }
 
+/// A component all of whose samples lack an output knows nothing of it: its numbers would be those
+/// that EM began with.
+void check_outputs_seen(const Gmm& gmm, const Eigen::MatrixXd& data,
+                        const Eigen::VectorXd& parent_responsibility) {
+  constexpr double kSeenMin = 1e-3;
+  const Eigen::MatrixXd h = expect(gmm, data).responsibilities;
+  for (int k = 0; k < gmm.num_components(); ++k) {
+    for (Eigen::Index row = gmm.input_dim(); row < data.rows(); ++row) {
+      double all = 0, seen = 0;
+      for (Eigen::Index n = 0; n < data.cols(); ++n) {
+        const double weight = h(k, n) * parent_responsibility[n];
+        all += weight;
+        if (!std::isnan(data(row, n))) seen += weight;
+      }
+      if (seen >= kSeenMin * all) continue;
+      throw FitError(
+          fmt::format("component {} of {} lies where output {} is missing: fewer "
+                      "components reach to where it is not",
+                      k, gmm.num_components(), row - gmm.input_dim() + 1));
+    }
+  }
+}
+
 bool same(const Gmm& a, const Gmm& b) {
   for (int k = 0; k < a.num_components(); ++k) {
     if (a[k].prior != b[k].prior || a[k].mean != b[k].mean || a[k].covariance != b[k].covariance) {
@@ -125,8 +174,13 @@ bool same(const Gmm& a, const Gmm& b) {
 /// decides nothing, unless the data are so far from it that a squared distance swallows the digits
 /// that tell the components apart: then in the middle of the data.
 double start_mean(const Eigen::MatrixXd& data, Eigen::Index row, double deviation) {
-  const double low = data.row(row).minCoeff();
-  const double high = data.row(row).maxCoeff();
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (Eigen::Index n = 0; n < data.cols(); ++n) {
+    if (std::isnan(data(row, n))) continue;
+    low = std::min(low, data(row, n));
+    high = std::max(high, data(row, n));
+  }
   const double distance = std::max({low, -high, 0.});
   return distance > kFarDeviations * deviation ? low + .5 * (high - low) : 0;
 }
@@ -161,6 +215,7 @@ Gmm fit_children(const Gmm& start, const Eigen::MatrixXd& data,
   CHECK(settings.regularisation.size() == start.dim(), "the regularisation has d elements");
   CHECK(parent_responsibility.size() == data.cols(), "a parent's responsibility a sample");
   Gmm gmm = start;
+  const bool has_all = is_complete(data);
   double share = 0;
   for (Eigen::Index n = 0; n < data.cols(); ++n) share += parent_responsibility[n];
   share /= static_cast<double>(data.cols());
@@ -170,7 +225,12 @@ Gmm fit_children(const Gmm& start, const Eigen::MatrixXd& data,
     for (int k = 0; k < gmm.num_components(); ++k) {
       const Eigen::VectorXd weight =
           among_siblings.row(k).transpose().cwiseProduct(parent_responsibility);
-      Component component = maximise(data, weight, settings.regularisation);
+      Component component =
+          maximise(has_all ? data : expected(gmm[k], data), weight, settings.regularisation);
+      if (!has_all) {
+        component.covariance =
+            mirrored(component.covariance + covariance_left(gmm[k], data, weight));
+      }
       if (!(component.prior > kShareMin * share)) {
         throw FitError(fmt::format("component {} of {} is left without data in iteration {}", k,
                                    gmm.num_components(), iteration + 1));
@@ -186,6 +246,7 @@ Gmm fit_children(const Gmm& start, const Eigen::MatrixXd& data,
       throw FitError(fmt::format("iteration {}: {}", iteration + 1, error.what()));
     }
   }
+  if (!has_all) check_outputs_seen(gmm, data, parent_responsibility);
   return gmm;
 }
 

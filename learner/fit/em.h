@@ -31,7 +31,8 @@ Gmm equally_spaced(const Eigen::MatrixXd& data, int input_dim, int num_component
 
 /// Expectation maximisation, table 3-1 left.
 /// @param start  as many components as the fit will have
-/// @param data   d x N, columns are observations, finite
+/// @param data   d x N, columns are observations, finite but for outputs that are missing
+///               (missing_outputs.h)
 /// Throws FitError where a component is left without data or its covariance without an inverse;
 /// no NaN comes out.
 Gmm fit_em(const Gmm& start, const Eigen::MatrixXd& data, const EmSettings& settings);

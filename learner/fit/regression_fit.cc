@@ -203,9 +203,13 @@ struct Normal {
 Eigen::VectorXd output_units(const Eigen::MatrixXd& outputs) {
   Eigen::VectorXd unit(outputs.rows());
   for (Eigen::Index o = 0; o < outputs.rows(); ++o) {
-    double sum = 0;
-    for (Eigen::Index n = 0; n < outputs.cols(); ++n) sum += outputs(o, n) * outputs(o, n);
-    unit[o] = sum > 0 ? std::sqrt(sum / static_cast<double>(outputs.cols())) : 1;
+    double sum = 0, count = 0;
+    for (Eigen::Index n = 0; n < outputs.cols(); ++n) {
+      if (std::isnan(outputs(o, n))) continue;
+      sum += outputs(o, n) * outputs(o, n);
+      ++count;
+    }
+    unit[o] = sum > 0 ? std::sqrt(sum / count) : 1;
   }
   return unit;
 }
@@ -217,7 +221,7 @@ class Problem {
       : inputs_(data.topRows(num_inputs)),
         outputs_(data.bottomRows(data.rows() - num_inputs)),
         unit_(output_units(outputs_)),
-        share_(1 / static_cast<double>(outputs_.size())) {}
+        share_(1 / (1 - outputs_.array().isNaN().cast<double>()).sum()) {}
 
   /// Mean over samples and outputs of the squared relative error.
   double cost(const std::vector<Line>& lines) const {
@@ -245,6 +249,7 @@ class Problem {
       result.cost += r.squaredNorm();
       regression.derivative(derivative);
       for (Eigen::Index o = 0; o < r.size(); ++o) {
+        if (std::isnan(outputs_(o, n))) continue;
         row = derivative.row(o).transpose() / unit_[o];
         result.gradient += r[o] * row;
         for (Eigen::Index j = 0; j < size; ++j) {
@@ -262,6 +267,8 @@ class Problem {
  private:
   void residual(Regression& regression, Eigen::Index n, Eigen::VectorXd& into) const {
     into = (regression.at(inputs_.col(n)) - outputs_.col(n)).cwiseQuotient(unit_);
+    // An output that a sample lacks has no error.
+    for (double& error : into) error = std::isnan(error) ? 0 : error;
   }
 
   Eigen::MatrixXd inputs_;

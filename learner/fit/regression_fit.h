@@ -32,7 +32,7 @@ struct RegressionFit {
 /// The variance of the outputs around the lines stays: a regression does not depend on it. A sum
 /// of the priors stays too.
 /// @param start  a fit of EM. Throws FitError where a component has no weight
-/// @param data   d x N, columns are observations, finite
+/// @param data   d x N, columns are observations, finite but for outputs that are missing
 RegressionFit refine_regression(const Gmm& start, const Eigen::MatrixXd& data,
                                 const RegressionSettings& settings);
 

@@ -15,6 +15,7 @@
 #include "common/base/settings_reader.h"
 #include "common/policy/linear/spline_policy.h"
 #include "learner/fit/demonstration_settings.h"
+#include "learner/fit/missing_outputs.h"
 #include "learner/fit/regression_fit.h"
 
 namespace treeroll {
@@ -97,6 +98,10 @@ Demonstration read_curve(SettingsReader& policy, const StartSources& sources) {
   Demonstration demonstration = read_demonstration(policy.table("demonstration"), sources);
   if (demonstration.input_dim != 1) {
     policy.refuse("demonstration", "of this kind of policy must have one input");
+  }
+  if (!is_complete(demonstration.data)) {
+    policy.refuse("demonstration",
+                  "of this kind of policy must have all outputs: some are missing");
   }
   return demonstration;
 }

@@ -15,6 +15,7 @@
 #include "learner/fit/component_layers.h"
 #include "learner/fit/demonstration_settings.h"
 #include "learner/fit/fit_tree.h"
+#include "learner/fit/missing_outputs.h"
 #include "learner/fit/spline_start.h"
 
 namespace treeroll {
@@ -46,8 +47,7 @@ FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration, 
   const Eigen::VectorXd outputs =
       settings.em.regularisation.tail(standard.size() - settings.input_dim);
   for (Eigen::Index i = 0; i < outputs.size(); ++i) {
-    const Eigen::RowVectorXd values = demonstration.data.row(settings.input_dim + i);
-    if (outputs[i] > 0 || values.minCoeff() < values.maxCoeff()) continue;
+    if (outputs[i] > 0 || demonstration.output_varies(i)) continue;
     reader.refuse(
         "regularisation",
         fmt::format("output {} of the demonstration does not vary: its variance, number {} "
@@ -56,6 +56,10 @@ FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration, 
   }
   if (reader.choice("start", {"equally_spaced", "kmeans"}, "equally_spaced") == "kmeans") {
     settings.start = FitStart::kKmeans;
+    if (!is_complete(demonstration.data)) {
+      reader.refuse("start",
+                    "of clusters needs all outputs of the demonstration: some are missing");
+    }
     settings.kmeans_seed =
         static_cast<std::uint64_t>(reader.integer("kmeans_seed", 0, 1'000'000'000, 1));
   } else {

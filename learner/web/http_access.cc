@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <string_view>
 
@@ -38,13 +39,21 @@ std::string host_of(const std::string& header) {
   return header.substr(0, header.find(':'));
 }
 
-bool is_our_name(const HttpAccess& access, std::string host) {
-  std::transform(host.begin(), host.end(), host.begin(),
+std::string in_small_letters(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char letter) { return std::tolower(letter); });
+  return text;
+}
+
+bool is_our_name(const HttpAccess& access, const std::string& given) {
+  const std::string host = in_small_letters(given);
   // An address is no name that somebody could let lead here.
   if (host == "localhost" || is_ipv4(host) || is_ipv6(host)) return true;
-  const std::string& own = access.host_name;
-  return !own.empty() && (host == own || (host.starts_with(own) && host[own.size()] == '.'));
+  const std::string own = in_small_letters(access.host_name);
+  if (own.empty()) return false;
+  if (host == own || host == own + ".local") return true;
+  // Anybody may own a domain and call a host of it as ours is called: there a token must be known.
+  return !access.token.empty() && host.starts_with(own + ".");
 }
 
 /// In a time that does not tell how much of it agrees.
@@ -122,13 +131,15 @@ std::string read_token_file(const std::string& option, const std::filesystem::pa
   }
   while (token.ends_with('\n') || token.ends_with('\r')) token.pop_back();
   const bool is_visible = std::all_of(token.begin(), token.end(), [](unsigned char byte) {
-    return byte > 0x20 && byte < 0x7f && byte != ';' && byte != ',' && byte != '"';
+    return std::isalnum(byte) != 0 ||
+           std::string_view("-._~").find(static_cast<char>(byte)) != std::string_view::npos;
   });
   if (token.size() < kTokenMin || token.size() > kTokenMax || !is_visible) {
-    throw ConfigError(option, file.string(),
-                      fmt::format("must hold one line of {} to {} visible ASCII characters without "
-                                  "quotes, commas and semicolons",
-                                  kTokenMin, kTokenMax));
+    throw ConfigError(
+        option, file.string(),
+        fmt::format("must hold one line of {} to {} characters among A-Z a-z 0-9 - . _ ~, "
+                    "which an address can hold as they are: openssl rand -hex 16",
+                    kTokenMin, kTokenMax));
   }
   return token;
 }

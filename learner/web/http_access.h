@@ -18,8 +18,8 @@ struct HttpAddress {
 /// "[ADDRESS:]PORT": "8080", "127.0.0.1:8080", "[::1]:0". Throws ConfigError under `option`.
 HttpAddress read_http_address(const std::string& option, const std::string& text);
 
-/// The token in a file: one line of 16 to 256 visible characters, in a file that nobody else may
-/// read. Throws ConfigError under `option`.
+/// The token in a file: one line of 16 to 256 letters, digits and - . _ ~, in a file that nobody
+/// else may read. Throws ConfigError under `option`.
 std::string read_token_file(const std::string& option, const std::filesystem::path& file);
 
 /// Who may read the page.

@@ -73,9 +73,9 @@ class SlurmTest : public NetworkTest {
     while (!job.empty() && job.back() == '\n') job.pop_back();
     return job;
   }
-  /// Lines "JOB_TASK STATE NODE" of what waits or runs.
+  /// Lines "JOB_TASK NAME STATE NODE" of what waits or runs.
   std::string queue() const {
-    return command("squeue", {"--noheader", "--array", "--format=%i %T %N"}).output;
+    return command("squeue", {"--noheader", "--array", "--format=%i %j %T %N"}).output;
   }
   std::string log_of(const std::string& name) const {
     return read_file(service_.directory() / name);
@@ -134,14 +134,14 @@ SchedulerParameters=sched_interval=1,batch_sched_delay=1
 KillWait=20
 NodeName=one NodeHostname={0} NodeAddr=127.0.0.1 Port=16818 CPUs={2}
 NodeName=two NodeHostname={0} NodeAddr=127.0.0.1 Port=16819 CPUs={2}
-PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
+PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP OverSubscribe=FORCE:4
 )",
                                                                 name, folder, kCpusPerNode));
     environment_ = {
         {"SLURM_CONF", folder + "/slurm.conf"},
         {"LCM_DEFAULT_URL", Network::url()},
         {"TREEROLL_DEPLOY", deploy("")},
-        {"TREEROLL_IDLE_S", "3"},
+        {"TREEROLL_IDLE_S", "20"},
         {"PATH", executable("").parent_path().string() + ":/usr/sbin:/usr/bin:/sbin:/bin"}};
     const auto in = [&](const char* file) { return folder + "/" + file; };
     munge_ = start({"munged", "--foreground", "--force", "--key-file=" + in("munge.key"),
@@ -185,16 +185,14 @@ TEST_F(SlurmTest, ATaskCancelledAndANodeDrainedLeaveNoTraceInTheFiles) {
   output("scancel", {"--nodelist=two", "--name=treeroll-worker"});
   ASSERT_TRUE(journal_grows(state("learnt"), 5000)) << log_of("learner.log") << queue();
   EXPECT_TRUE(eventually(seconds(30), [&] {
-    return queue().find("treeroll-worker") == std::string::npos &&
-           command("sinfo", {"--noheader", "--nodes=two", "--format=%T"})
-               .output.starts_with("drain");
+    return output("sinfo", {"--noheader", "--nodes=two", "--format=%T"}).starts_with("drain");
   })) << queue();
 
   // The learner's job is asked to end, and the same command goes on.
-  if (queue().find(learner + " RUNNING") != std::string::npos) {
+  if (queue().find(learner + " treeroll-learner RUNNING") != std::string::npos) {
     output("scancel", {"--signal=TERM", "--full", learner});
     ASSERT_TRUE(eventually(seconds(30), [&] {
-      return queue().find(learner + " ") == std::string::npos;
+      return queue().find("treeroll-learner") == std::string::npos;
     })) << queue();
     submit({"--output=" + folder + "/learner-2.log", deploy("slurm/learner.sbatch"), study.string(),
             state("learnt").string()});

@@ -10,8 +10,10 @@
 #include <string>
 
 #include "common/base/config_error.h"
+#include "common/base/content_hash.h"
 #include "common/base/settings_reader.h"
 #include "common/policy/policy.h"
+#include "learner/fit/csv_demonstration.h"
 #include "learner/fit/fit_tree.h"
 #include "learner/fit/kmeans.h"
 #include "learner/fit/start_policy.h"
@@ -155,6 +157,54 @@ TEST_F(DemonstrationSettingsTest, SeveralFilesAreAlignedAsTheStudySays) {
   files["slow.csv"] = files["fast.csv"] = "t,y,x\n1,2,3\n3,4,5\n";
   table["inputs"] = {"t", "y"};
   EXPECT_THAT(error(table), HasSubstr("d.align = \"duration\": aligns over the time"));
+}
+
+TEST_F(DemonstrationSettingsTest, OutputsMayBeMissingWhereTheStudySaysSo) {
+  std::ostringstream file;
+  file << "t,x,y\n";
+  for (int i = 0; i < 60; ++i) {
+    file << i << ',';
+    if (i % 5 != 0) file << std::sin(.1 * i);
+    file << ',';
+    if (i < 20 || i > 30 || i % 5 == 0) file << 3 * std::sin(.1 * i) + std::cos(.3 * i);
+    file << '\n';
+  }
+  text_ = file.str();
+  json table = {{"model", "flat"}, {"components", {3}}, {"demonstration", demonstration()}};
+  EXPECT_THAT(error_of(table["demonstration"]),
+              HasSubstr("demo.csv:2: column \"x\" is \"\": must be a finite number"));
+  table["demonstration"]["missing_outputs"] = true;
+  json resolved;
+  const StartPolicy policy = start(table, &resolved);
+  EXPECT_TRUE(resolved["demonstration"]["missing_outputs"]);
+  EXPECT_TRUE(std::isfinite(policy.log_likelihoods[0]));
+  // The data that a resolved study holds have the same gaps, and give the same fit.
+  const CsvDemonstration again =
+      read_demonstration_text(policy.demonstration_text,
+                              to_hex(content_hash(policy.demonstration_text)), {"t", "y", "x"}, 1);
+  EXPECT_TRUE(((again.data.array() == policy.demonstration->array()) ||
+               (again.data.array().isNaN() && policy.demonstration->array().isNaN()))
+                  .all());
+  EXPECT_EQ(again.data.array().isNaN().count(), 12 + 8);
+
+  const auto refused = [&](const std::string& text, const char* fit_start) -> std::string {
+    text_ = text;
+    table["fit"]["start"] = fit_start;
+    try {
+      start(table);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(refused(text_, "kmeans"),
+              HasSubstr("policy.fit.start = \"kmeans\": of clusters needs all outputs"));
+  EXPECT_THAT(refused("t,x,y\n0,,\n1,2,3\n2,3,4\n", "equally_spaced"),
+              HasSubstr("demo.csv:2: has no output"));
+  EXPECT_THAT(refused("t,x,y\n0,1,\n1,2,\n2,3,\n", "equally_spaced"),
+              HasSubstr("column \"y\" of the files has no number"));
+  EXPECT_THAT(refused("t,x,y\n,1,2\n1,2,3\n2,3,4\n", "equally_spaced"),
+              HasSubstr("demo.csv:2: column \"t\" is \"\": must be a finite number"));
 }
 
 TEST_F(DemonstrationSettingsTest, SeveralInputsFitATree) {

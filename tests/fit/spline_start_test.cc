@@ -149,5 +149,16 @@ TEST(SplineStartTest, RefusesWhatCannotBeUsedNamingTheKey) {
   }
 }
 
+TEST(SplineStartTest, ADemonstrationThatLacksOutputsIsRefused) {
+  const auto read = [](const std::string&) { return std::string("t,x,y\n0,1,\n1,2,3\n2,,4\n"); };
+  for (const char* kind : {"spline", "correction"}) {
+    EXPECT_THAT(refusal_of(R"({"demonstration": {"kind": "csv", "files": ["a"], "inputs": ["t"],
+                               "outputs": ["x", "y"], "missing_outputs": true}, "kind": ")" +
+                               std::string(kind) + R"("})",
+                           {.read_file = read}),
+                HasSubstr("must have all outputs: some are missing"));
+  }
+}
+
 }  // namespace
 }  // namespace treeroll

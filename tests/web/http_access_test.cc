@@ -27,16 +27,27 @@ int status_of(const HttpAccess& access, const std::string& target,
 }
 
 TEST(HttpAccessTest, OnlyOurOwnNamesAreAnsweredSoThatNoForeignNameLeadsHere) {
-  const HttpAccess access{.token = {}, .host_name = "lab7"};
+  const HttpAccess access{.token = {}, .host_name = "Lab7"};
   for (const char* host : {"localhost", "localhost:8080", "127.0.0.1:80", "[::1]:8080", "LAB7:1",
-                           "lab7.example.org:80", "192.168.1.7"}) {
+                           "lab7.local:80", "192.168.1.7"}) {
     EXPECT_EQ(status_of(access, "/", {{"host", host}}), 200) << host;
   }
-  for (const char* host : {"", "evil.com", "evil.com:8080", "lab77", "lab7evil.com",
-                           "127.0.0.1.evil.com", "localhost.evil.com", "[::1", "localhost, evil"}) {
+  for (const char* host :
+       {"", "evil.com", "lab7.evil.com", "evil.com:8080", "lab77", "lab7evil.com",
+        "127.0.0.1.evil.com", "localhost.evil.com", "[::1", "localhost, evil"}) {
     EXPECT_EQ(status_of(access, "/api/state", {{"host", host}}), 421) << host;
   }
   EXPECT_EQ(status_of(access, "/", {}), 421);
+}
+
+TEST(HttpAccessTest, OfOurNameInADomainATokenIsAsked) {
+  const HttpAccess access{.token = kToken, .host_name = "lab7"};
+  EXPECT_EQ(status_of(access, "/api/state", {{"host", "lab7.example.org"}}), 401);
+  EXPECT_EQ(
+      status_of(access, "/api/state",
+                {{"host", "lab7.example.org"}, {"authorization", std::string("Bearer ") + kToken}}),
+      200);
+  EXPECT_EQ(status_of(access, "/api/state", {{"host", "lab77.example.org"}}), 421);
 }
 
 TEST(HttpAccessTest, PagesOfOtherSitesMayLinkButNotAsk) {

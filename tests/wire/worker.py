@@ -155,6 +155,8 @@ class Worker:
             text = self.load(name, content)
         except (ValueError, KeyError) as error:
             self.refused[name] = str(error)[:1000] or "refused"
+        if name[0] == POLICY and name not in self.refused:
+            return
         self.send("definition_report_t", worker_id=self.id, learner_id=learner, definition_id=name[1],
                   accepted=name not in self.refused, text=self.refused.get(name) or text)
 

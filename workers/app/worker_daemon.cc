@@ -16,10 +16,13 @@ namespace {
 
 Death cause_of(const ChildEnd& end) {
   if (end.exited) return Death::kExited;
-  for (const int own : {SIGSEGV, SIGFPE, SIGABRT, SIGILL, SIGBUS, SIGXCPU, SIGTRAP, SIGSYS}) {
-    if (end.code == own) return Death::kFatalSignal;
+  // These others send: a person, a service manager, a kernel short of memory. By any other a
+  // program ends itself, by an alarm it has set or a pipe it writes to, say: again each time, were
+  // it no answer.
+  for (const int of_others : {SIGKILL, SIGTERM, SIGINT, SIGHUP, SIGQUIT}) {
+    if (end.code == of_others) return Death::kForeignSignal;
   }
-  return Death::kForeignSignal;
+  return Death::kFatalSignal;
 }
 
 }  // namespace

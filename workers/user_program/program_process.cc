@@ -107,8 +107,8 @@ ProgramProcess::~ProgramProcess() {
   }
 }
 
-void ProgramProcess::send(std::string text) {
-  unsent_ += std::move(text);
+void ProgramProcess::send(const std::string& text) {
+  unsent_ += text;
   write();
 }
 

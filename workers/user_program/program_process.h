@@ -35,7 +35,7 @@ class ProgramProcess {
   pid_t pid() const { return pid_; }
 
   /// To be written as the program reads it.
-  void send(std::string text);
+  void send(const std::string& text);
   /// Nothing more will be sent.
   void close_input();
 

@@ -67,11 +67,11 @@ void UserProgram::end_it(int rule, const std::string& why) {
       {.exited = true, .code = 1}, rule, fmt::format("the program is ended {}: {}", where_, why)};
 }
 
-std::string UserProgram::ask(std::string line, std::size_t answer_bytes_max) {
+std::string UserProgram::ask(const std::string& line, std::size_t answer_bytes_max) {
   // An answer that nobody has asked for would be taken for that of this question.
   while (hear_unasked(std::chrono::steady_clock::now(), -1)) {
   }
-  process_.send(std::move(line));
+  process_.send(line);
   ProgramProcess::Deadline deadline;
   if (answer_limit_) deadline = std::chrono::steady_clock::now() + *answer_limit_;
   for (;;) {

@@ -6,7 +6,6 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "workers/user_program/evaluator_lines.h"
@@ -59,7 +58,7 @@ class UserProgram {
   /// From now on an answer that takes longer ends the program. There is no limit of ours before.
   void set_answer_limit(std::chrono::milliseconds limit) { answer_limit_ = limit; }
   /// A line of the caller's own, and what is answered.
-  std::string ask_anything(std::string line) { return ask(std::move(line), kAnswerBytesMax); }
+  std::string ask_anything(const std::string& line) { return ask(line, kAnswerBytesMax); }
 
   /// Hears what the program says unasked until `descriptor` can be read.
   void attend(int descriptor);
@@ -67,7 +66,7 @@ class UserProgram {
   void attend_for(std::chrono::milliseconds time);
 
  private:
-  std::string ask(std::string line, std::size_t answer_bytes_max);
+  std::string ask(const std::string& line, std::size_t answer_bytes_max);
   /// @return  whether the program said something
   bool hear_unasked(ProgramProcess::Deadline deadline, int descriptor);
   void note(std::string_view line);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "learner/report/figures/data_sets.h"
@@ -38,6 +39,7 @@ std::string add_samples(const Eigen::MatrixXd& samples, Plane plane, DataSets& d
   const Eigen::Index num_shown = std::min(samples.cols(), kSamplesMax);
   for (Eigen::Index i = 0; i < num_shown; ++i) {
     const Eigen::Index sample = i * samples.cols() / num_shown;
+    if (std::isnan(samples(plane.up, sample))) continue;  // an output that the sample lacks
     data.add(samples(plane.across, sample), samples(plane.up, sample));
   }
   return fmt::format("data index {} using 1:2 with points pt 7 ps .4 lc rgb '#999999' notitle, ",

@@ -92,7 +92,9 @@ export function curves_plot(conditions, curves, hidden, measure) {
     if (hidden.has(condition.name) || !of) return;
     const has_band = measure !== 'best';
     const table = [of.rollout, of[measure]];
-    series.push(line(place));
+    // One point alone makes no line: the first is shown as what it is.
+    const is_short = (plot, i) => plot.data[i].reduce((count, value) => count + (value !== null && value !== undefined), 0) < 3;
+    series.push(line(place, {points: {show: is_short, size: 7, fill: condition_colour(place), stroke: condition_colour(place)}}));
     if (has_band) {
       table.push(of.high, of.low);
       bands.push({series: [series.length + 1, series.length + 2], fill: faint(condition_colour(place), .16)});

@@ -125,8 +125,9 @@ plant("a dead worker's leases kept" learner/core/workforce.cc
   [[if (!PLANTED) ledger_.take_back_all(silent.id);]])
 
 plant("free slots over-counted" workers/core/worker_core_sending.cc
-  [[return capacity - static_cast<int>(queue_.size());]]
-  [[return capacity - static_cast<int>(queue_.size()) + (PLANTED && queue_.size() > 1 ? 1 : 0);]])
+  [[return std::max(0, capacity - static_cast<int>(queue_.size()));]]
+  [[return std::max(0, capacity - static_cast<int>(queue_.size())) +
+         (PLANTED && queue_.size() > 1 ? 1 : 0);]])
 
 plant("room without an evaluator" workers/core/worker_core_sending.cc
   [[if (draining_ || !evaluators_.any_living()) return 0;]]

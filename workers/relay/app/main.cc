@@ -1,6 +1,8 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "common/base/config_error.h"
 #include "common/program/host_name.h"
 #include "common/program/process_start.h"
@@ -34,10 +36,12 @@ void describe_relay(CommandLine& line, Options& options) {
 
 int serve(const Options& options) {
   end_when_stopped(kExitDone, "asked to end while it was starting\n");
-  if (options.numeric_class.size() > protocol::kNumericClassBytesMax) {
-    throw ConfigError(
-        "--numeric-class", options.numeric_class,
-        "must be at most " + std::to_string(protocol::kNumericClassBytesMax) + " bytes");
+  if (options.numeric_class.size() > protocol::kNumericClassBytesMax ||
+      !std::all_of(options.numeric_class.begin(), options.numeric_class.end(),
+                   [](char c) { return c >= ' ' && c <= '~'; })) {
+    throw ConfigError("--numeric-class", readable(options.numeric_class),
+                      "must be at most " + std::to_string(protocol::kNumericClassBytesMax) +
+                          " visible ASCII characters");
   }
   RelaySettings settings;
   settings.relay_id = random_id();
