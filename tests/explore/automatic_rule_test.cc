@@ -18,13 +18,13 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-SplinePolicy start(double value) {
+SplinePolicy constant_spline(double value) {
   return {std::make_shared<SplineLadder>(BSpline(3, 8, 0, 2.2), 1), nullptr,
           Eigen::MatrixXd::Constant(1, 8, value), 1};
 }
 
-ExplorationSettings read_automatic(const json& table, const Policy& policy,
-                                   json* resolved_out = nullptr) {
+ExplorationSettings read_automatic_settings(const json& table, const Policy& policy,
+                                            json* resolved_out = nullptr) {
   json resolved;
   SettingsReader reader(table, "exploration", resolved);
   ExplorationSettings settings = read_exploration_settings(reader, policy);
@@ -34,20 +34,19 @@ ExplorationSettings read_automatic(const json& table, const Policy& policy,
 }
 
 /// Rewards fall with the distance of theta from a goal.
-double reward(const Eigen::VectorXd& theta, double goal) {
+double reward_near(const Eigen::VectorXd& theta, double goal) {
   return elementary::exp(-(theta.array() - goal).square().mean());
 }
 
-std::vector<double> learn_automatically(ExplorationSettings settings, const Policy& policy,
-                                        double goal,
-                                        std::vector<Eigen::VectorXd>* thetas = nullptr) {
+std::vector<double> rewards_of(ExplorationSettings settings, const Policy& policy, double goal,
+                               std::vector<Eigen::VectorXd>* thetas = nullptr) {
   Exploration run(settings, policy, 3, 0);
   std::vector<double> rewards;
   while (!run.done()) {
     std::vector<Draw> out;
     while (std::optional<Draw> draw = run.ask()) out.push_back(*draw);
     for (const Draw& draw : out) {
-      rewards.push_back(reward(draw.theta, goal));
+      rewards.push_back(reward_near(draw.theta, goal));
       if (thetas) thetas->push_back(draw.theta);
       run.tell(draw.rollout, Outcome::ok(rewards.back()));
     }
@@ -57,67 +56,71 @@ std::vector<double> learn_automatically(ExplorationSettings settings, const Poli
 
 TEST(AutomaticRuleTest, IsThatOfAStudyWithoutAKey) {
   json resolved;
-  const ExplorationSettings settings = read_automatic(json::object(), start(10), &resolved);
+  const ExplorationSettings settings =
+      read_automatic_settings(json::object(), constant_spline(10), &resolved);
   EXPECT_EQ(settings.rule,
             RuleSettings(CmaEsRuleSettings{.rate_factor = 5, .bold_rate_factor = 2}));
   EXPECT_EQ(resolved["rule"], "auto");
   EXPECT_NEAR(*settings.initial_step, .05, 1e-12);  // .005 of the output's rms
   EXPECT_NEAR(settings.bold_step, .8, 1e-12);
-  EXPECT_EQ(read_automatic(resolved, start(10)), settings);
+  EXPECT_EQ(read_automatic_settings(resolved, constant_spline(10)), settings);
   // As when there was no other way.
-  EXPECT_EQ(read_automatic({{"noise_variance", {1.}}}, start(10)).rule,
+  EXPECT_EQ(read_automatic_settings({{"noise_variance", {1.}}}, constant_spline(10)).rule,
             RuleSettings(PowerSettings{}));
 }
 
 TEST(AutomaticRuleTest, EveryRuleCanDoWithoutANoise) {
   for (const char* rule : {"power", "pi2", "cem", "cma_es"}) {
-    ExplorationSettings settings = read_automatic({{"rule", rule}, {"initial_step", 1}}, start(10));
+    ExplorationSettings settings =
+        read_automatic_settings({{"rule", rule}, {"initial_step", 1}}, constant_spline(10));
     settings.num_rollouts = 400;
-    const std::vector<double> rewards = learn_automatically(settings, start(10), 11);
+    const std::vector<double> rewards = rewards_of(settings, constant_spline(10), 11);
     EXPECT_GT(*std::max_element(rewards.begin(), rewards.end()), .9) << rule;
   }
 }
 
 TEST(AutomaticRuleTest, AStartFromNothingNeedsAScale) {
   try {
-    read_automatic(json::object(), start(0));
+    read_automatic_settings(json::object(), constant_spline(0));
     FAIL();
   } catch (const ConfigError& error) {
     EXPECT_EQ(error.key(), "exploration.output_scale");
     EXPECT_THAT(error.what(), HasSubstr("the start policy does nothing"));
   }
-  const ExplorationSettings settings = read_automatic({{"output_scale", 2}}, start(0));
+  const ExplorationSettings settings =
+      read_automatic_settings({{"output_scale", 2}}, constant_spline(0));
   EXPECT_EQ(*settings.initial_step, .2);
   EXPECT_EQ(settings.bold_step, .6);
   for (const json& bad :
        {json{{"output_scale", 0}}, json{{"metric", "path"}}, json{{"initial_step", -1}},
         json{{"bold_step", 1}}, json{{"population", 12}}}) {
-    EXPECT_THROW(read_automatic(bad, start(10)), ConfigError) << bad;
+    EXPECT_THROW(read_automatic_settings(bad, constant_spline(10)), ConfigError) << bad;
   }
-  EXPECT_THROW(read_automatic({{"noise_variance", {1.}}, {"metric", "full"}}, start(10)),
-               ConfigError);
+  EXPECT_THROW(
+      read_automatic_settings({{"noise_variance", {1.}}, {"metric", "full"}}, constant_spline(10)),
+      ConfigError);
 }
 
 TEST(AutomaticRuleTest, GoesBackToASmallStepFromAGoodStart) {
-  ExplorationSettings settings = read_automatic(json::object(), start(10));
+  ExplorationSettings settings = read_automatic_settings(json::object(), constant_spline(10));
   settings.num_rollouts = 24;
   std::vector<Eigen::VectorXd> thetas;
-  learn_automatically(settings, start(10), 10, &thetas);
-  EXPECT_EQ(thetas[0], start(10).theta());  // the mean among the first generation
+  rewards_of(settings, constant_spline(10), 10, &thetas);
+  EXPECT_EQ(thetas[0], constant_spline(10).theta());  // the mean among the first generation
   const auto spread = [&](std::size_t first, std::size_t last) {
     double sum = 0;
     for (std::size_t i = first; i < last; ++i) sum += (thetas[i].array() - 10).square().mean();
     return std::sqrt(sum / static_cast<double>(last - first));
   };
   EXPECT_NEAR(spread(1, 12) / spread(12, 24), 16, 8);
-  EXPECT_EQ(thetas[13] - start(10).theta(), -(thetas[12] - start(10).theta()));
+  EXPECT_EQ(thetas[13] - constant_spline(10).theta(), -(thetas[12] - constant_spline(10).theta()));
 }
 
 TEST(AutomaticRuleTest, StaysBoldFromABadStart) {
-  ExplorationSettings settings = read_automatic(json::object(), start(10));
+  ExplorationSettings settings = read_automatic_settings(json::object(), constant_spline(10));
   settings.num_rollouts = 300;
   std::vector<Eigen::VectorXd> thetas;
-  const std::vector<double> rewards = learn_automatically(settings, start(10), 13, &thetas);
+  const std::vector<double> rewards = rewards_of(settings, constant_spline(10), 13, &thetas);
   EXPECT_GT((thetas[13].array() - 10).square().mean(), .01);
   EXPECT_LT(rewards[0], .001);
   EXPECT_GT(*std::max_element(rewards.begin(), rewards.end()), .7);
@@ -125,13 +128,13 @@ TEST(AutomaticRuleTest, StaysBoldFromABadStart) {
 
 /// Whatever is under way at once: generations are whole.
 TEST(AutomaticRuleTest, GivesTheSameBitsWhateverIsInFlight) {
-  ExplorationSettings settings = read_automatic(json::object(), start(10));
+  ExplorationSettings settings = read_automatic_settings(json::object(), constant_spline(10));
   settings.num_rollouts = 100;
   std::vector<Eigen::VectorXd> one;
   std::vector<Eigen::VectorXd> many;
-  learn_automatically(settings, start(10), 11, &one);
+  rewards_of(settings, constant_spline(10), 11, &one);
   settings.in_flight = 32;
-  learn_automatically(settings, start(10), 11, &many);
+  rewards_of(settings, constant_spline(10), 11, &many);
   EXPECT_EQ(one, many);
 }
 
