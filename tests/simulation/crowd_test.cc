@@ -44,7 +44,7 @@ struct Seen {
   double messages_per_s = 0;  ///< to the learner, heartbeats among them
 };
 
-Seen learn(const Scenario& scenario, const char* what) {
+Seen learn_in_crowd(const Scenario& scenario, const char* what) {
   Simulation simulation(scenario);
   simulation.run();
   const Observer& seen = simulation.observer();
@@ -64,7 +64,7 @@ Seen learn(const Scenario& scenario, const char* what) {
 }
 
 TEST(CrowdTest, HundredsOfWorkersBeatNoMoreThanHundredsOfTimesASecond) {
-  const Seen seen = learn(crowd(250, 0, milliseconds(500)), "at one learner");
+  const Seen seen = learn_in_crowd(crowd(250, 0, milliseconds(500)), "at one learner");
   // A greeting each, and what is sent before they are told; usual heartbeats would be 2500 a
   // second.
   EXPECT_LE(seen.heartbeats_per_s, 1.5 * protocol::kHeartbeatsPerSecondMax);
@@ -74,7 +74,8 @@ TEST(CrowdTest, BehindRelaysThousandsAreAFewToTheLearner) {
   int num_workers = 300;
   if (const char* told = std::getenv("TREEROLL_SIMULATION_WORKERS")) num_workers = std::stoi(told);
   const int num_relays = num_workers / 100;
-  const Seen seen = learn(crowd(num_workers, num_relays, milliseconds(500)), "behind relays");
+  const Seen seen =
+      learn_in_crowd(crowd(num_workers, num_relays, milliseconds(500)), "behind relays");
   EXPECT_LE(seen.heartbeats_per_s, 25 * num_relays);
 }
 

@@ -40,18 +40,21 @@ double reward(const Gmm& policy) {
 }
 
 TEST(SwingUpStartTest, Section43TheFlatModelOfFourGaussiansStartsAt391) {
-  const TreeModel flat = start_tree(R"({"model": "flat", "components": [4]})");
+  const TreeModel flat =
+      start_tree(R"({"model": "flat", "components": [4], "fit": {"refine": "none"}})");
   EXPECT_NEAR(reward(flat.finest()), .391, kRewardTolerance);
 }
 
 TEST(SwingUpStartTest, Section43LayerTwoOfTheTreeStartsAt280) {
-  const TreeModel tree = start_tree(R"({"model": "tree", "components": [2, 4]})");
+  const TreeModel tree =
+      start_tree(R"({"model": "tree", "components": [2, 4], "fit": {"refine": "none"}})");
   ASSERT_EQ(tree.num_layers(), 2);
   EXPECT_NEAR(reward(tree.finest()), .280, kRewardTolerance);
 }
 
 TEST(SwingUpStartTest, Section43TheOwnMixtureOfLayerOneStartsAt253) {
-  const TreeModel tree = start_tree(R"({"model": "tree", "components": [2, 4]})");
+  const TreeModel tree =
+      start_tree(R"({"model": "tree", "components": [2, 4], "fit": {"refine": "none"}})");
   EXPECT_NEAR(reward(tree.layer(1)), .253, kRewardTolerance);
 }
 

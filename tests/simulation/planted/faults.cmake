@@ -234,10 +234,6 @@ plant("an answer that is seen and not settled is dropped" workers/core/worker_co
 
 # With relays.
 
-plant("relay: a question is sealed anew" workers/relay/downlink.cc
-  [[question.content = request.content;]]
-  [[question.content = request.content + (PLANTED ? 1 : 0);]])
-
 plant("relay: the seed of a trial is lost" workers/relay/downlink.cc
   [[question.task_seed = request.task_seed;]]
   [[question.task_seed = PLANTED ? 0 : request.task_seed;]])
