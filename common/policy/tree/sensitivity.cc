@@ -14,6 +14,9 @@ namespace treeroll {
 namespace {
 
 constexpr double kDeviations[] = {-1.5, -1, -.5, 0, .5, 1, 1.5};
+/// An element that moves the output by less of what it might moves nothing: its step is bounded,
+/// those of others are theirs to the bit.
+constexpr double kNothing = 1e-3;
 constexpr double kLeastShare = .1;
 
 struct WeightedInput {
@@ -107,7 +110,10 @@ Eigen::VectorXd most_expected(const TreePolicy& policy, const Eigen::VectorXd& r
   size = std::sqrt(size / weight_sum);
   const int num_outputs = finest.output_dim();
   for (const Component& component : finest.components()) {
-    size = std::max(size, std::sqrt(component.covariance.diagonal().tail(num_outputs).maxCoeff()));
+    // Around its line: the spread along it is what the Gaussian does.
+    const Eigen::MatrixXd around =
+        cholesky_factor(component.covariance).bottomRightCorner(num_outputs, num_outputs);
+    size = std::max(size, around.rowwise().norm().maxCoeff());
   }
   const Eigen::VectorXd least = least_effect(policy);
   double largest = 0;
@@ -144,7 +150,9 @@ Eigen::VectorXd sensitivity_scale(const TreePolicy& policy) {
     rms[i] = std::sqrt(sum / weight_sum) / (ahead[i] - behind[i]);
   }
   CHECK(rms.allFinite() && rms.maxCoeff() > 0, "a policy whose output nothing moves");
-  return rms.cwiseMax(kLeastShare * most_expected(policy, rms, inputs)).cwiseInverse();
+  const Eigen::VectorXd most = most_expected(policy, rms, inputs);
+  const auto moves_nothing = (rms.array() < kNothing * most.array());
+  return moves_nothing.select(kLeastShare * most, rms).cwiseInverse();
 }
 
 PolicyEffect tree_effect(const TreePolicy& policy) {
