@@ -40,8 +40,8 @@ bool LocalWorker::start(TimePoint now) {
                                         "--lcm-url", options_.lcm_url};
   // A worker executable of an earlier version knows no such option.
   if (logs_as_json()) arguments.insert(arguments.end(), {"--log", "json"});
-  Result<pid_t> child = start_child(options_.worker_program.path,
-                                    options_.worker_program.arguments(arguments));
+  Result<pid_t> child =
+      start_child(options_.worker_program.path, options_.worker_program.arguments(arguments));
   if (!child) {
     spdlog::error("{}: {}", options_.worker_program.path.string(), child.error().message);
     return false;

@@ -80,7 +80,7 @@ INSTANTIATE_TEST_SUITE_P(
         Promise{"spiral", "b3ebb12a7494138220501d332d49e1c1", "cd913ca11cb876c36da793391acf4d1a"},
         Promise{"swing_up", "b4fd06af2e6aafccbe618f41643a4ae5", "0e4cc72ce2a31003b5203c3b2f61b393", true},
         Promise{"swing_up_rules", "b238e460f1863bb64ec69cca2da11ec7", "3afdff4a317c3def67c524e30497e702"},
-        Promise{"swing_up_and_hold", "674df263b6fa6a3452731cbae96745b3", "e1662017851bf9652ed471d3c8383268"},
+        Promise{"swing_up_and_hold", "37aaaf9d1ef3a8e8ded78b755ffd6a12", "61243f0831ac6f9a2048d5f01a2f0941"},
         Promise{"thesis_4_1", "000094bce98416a285745577ef054c53", "cbfc347c64d03776c6c3511a7ec47cd2"},
         Promise{"thesis_4_1_initial_noise", "4cd3a01c544a6f71fd5f75ce700c8bb7", "84a0e0bcda39660ba5540e56b870d9ce"},
         Promise{"thesis_4_1_minimum_noise", "b019e42c0352bcf71a84c08985839a42", "dd5f38ba25603e0c0a492642c495c10d"},
