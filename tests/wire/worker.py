@@ -61,15 +61,20 @@ class Worker:
         self.pieces, self.refused, self.links, self.queue = {}, {}, {}, []
         self.last_indices, self.heard, self.num_workers = {}, set(), 0
         self.described, self.draining, self.num_evaluated = None, False, 0
-        self.heartbeat_at, self.ask_at = 0.0, 0.0
+        self.heartbeat_at, self.ask_at, self.leaves_at = 0.0, 0.0, 0.0
 
     def send(self, kind, **fields):
         if self.drop is None or self.drop() >= self.fraction:
             self.bus.publish(CHANNELS[kind], self.types.encode(kind, {**fields, "mac": bytes(16)}))
 
+    def has_ended(self, now):  # [24]
+        if not self.draining or self.queue:
+            return False
+        self.leaves_at = self.leaves_at or now + 5
+        return now >= self.leaves_at or not any(link.answers for link in self.links.values())
+
     def serve(self):
-        while not (self.draining and not self.queue and not any(
-                link.answers for link in self.links.values())):
+        while not self.has_ended(time.monotonic()):
             received = self.bus.receive(0.0 if self.ready() else 0.002)
             while received is not None:
                 if self.drop is None or self.drop() >= self.fraction:
