@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <unistd.h>
+
+#include <array>
 #include <csignal>
 #include <nlohmann/json.hpp>
 
@@ -144,6 +147,40 @@ TEST_F(UserProgramTest, AQuestionOfAnySizeAndMuchTalkDoNotStop) {
     EXPECT_THAT(error.rule(), HasSubstr("9000"));
   }
   EXPECT_EQ(log_.size(), 5001);
+}
+
+TEST_F(UserProgramTest, OneThatTalksWithoutAPauseIsEndedWhereItIsAskedAndKeepsNobodyElseWaiting) {
+  start("yes talk");
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  ASSERT_EQ(write(ends[1], "x", 1), 1);
+  program_->attend(ends[0]);
+  for (const int end : ends) close(end);
+  program_->set_answer_limit(std::chrono::milliseconds(200));
+  EXPECT_THROW(program_->describe("reach", json::object()), ProgramEnded);
+}
+
+TEST_F(UserProgramTest, OneThatTalksInsteadOfAnsweringIsEndedOnceItsTimeIsUp) {
+  start("sh -c 'read line; yes talk'");
+  program_->set_answer_limit(std::chrono::milliseconds(200));
+  EXPECT_THROW(program_->describe("reach", json::object()), ProgramEnded);
+}
+
+TEST_F(UserProgramTest, ItsEndIsToldWhileWhatItHasStartedHoldsItsOutput) {
+  start(
+      "python3 -c 'import os, subprocess, sys; "
+      "print(subprocess.Popen([\"sleep\", \"300\"]).pid, file=sys.stderr, flush=True); "
+      "sys.stdin.readline(); os.abort()'");
+  try {
+    program_->describe("reach", json::object());
+    FAIL();
+  } catch (const ProgramEnded& ended) {
+    EXPECT_EQ(ended.end.code, SIGABRT);
+  }
+  ASSERT_FALSE(log_.empty());
+  const pid_t sleeper = std::stoi(log_[0].substr(log_[0].rfind(' ')));
+  EXPECT_TRUE(is_alive(sleeper)) << "nothing was waited for";
+  kill(sleeper, SIGKILL);
 }
 
 TEST_F(UserProgramTest, ItEndsWithItsObject) {

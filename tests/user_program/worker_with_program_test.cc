@@ -122,7 +122,8 @@ TEST(WorkerWithProgramTest, LeavesNoProgramBehindWhenItIsKilled) {
   stage.worker.signal(SIGKILL);
   EXPECT_EQ(stage.worker.wait(), -SIGKILL);
   EXPECT_TRUE(stage.learner.until([&] { return !is_alive(family[1]) && !is_alive(family[2]); }));
-  kill(family.back(), SIGKILL);  // what a program has started is its own to end, or its group's
+  // What a program has started is its own to end: here all of the evaluator's group that is left.
+  kill(-family[1], SIGKILL);
 }
 
 TEST(WorkerWithProgramTest, RefusesACommandThatNamesNoProgram) {

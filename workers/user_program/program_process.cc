@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -97,10 +98,13 @@ ProgramProcess::ProgramProcess(const std::vector<std::string>& command) {
   // A program that does not read is not waited for in a write, and its end is no signal to us.
   std::signal(SIGPIPE, SIG_IGN);
   for (const int ours : {input_, output_.descriptor, errors_.descriptor}) set_non_blocking(ours);
+  its_end_ = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));  // close-on-exec by itself
 }
 
 ProgramProcess::~ProgramProcess() {
-  for (int* ours : {&input_, &output_.descriptor, &errors_.descriptor}) close_one(*ours);
+  for (int* ours : {&input_, &output_.descriptor, &errors_.descriptor, &its_end_}) {
+    close_one(*ours);
+  }
   if (end_) return;
   kill();
   while (waitpid(pid_, nullptr, 0) < 0 && errno == EINTR) {
@@ -179,9 +183,10 @@ ProgramProcess::Heard ProgramProcess::hear(std::size_t line_bytes_max, Deadline 
       const auto left = ceil<milliseconds>(*deadline - std::chrono::steady_clock::now()).count();
       wait_ms = static_cast<int>(std::clamp<std::int64_t>(left, 0, 1'000'000'000));
     }
-    std::array<pollfd, 4> ends{
-        pollfd{errors_.descriptor, POLLIN, 0}, pollfd{output_.descriptor, POLLIN, 0},
-        pollfd{unsent_.empty() ? -1 : input_, POLLOUT, 0}, pollfd{also, POLLIN, 0}};
+    std::array<pollfd, 5> ends{pollfd{errors_.descriptor, POLLIN, 0},
+                               pollfd{output_.descriptor, POLLIN, 0},
+                               pollfd{unsent_.empty() ? -1 : input_, POLLOUT, 0},
+                               pollfd{also, POLLIN, 0}, pollfd{its_end_, POLLIN, 0}};
     const int num_ready = poll(ends.data(), ends.size(), wait_ms);
     if (num_ready < 0 && errno != EINTR) throw std::runtime_error("cannot wait for the program");
     if (num_ready <= 0) {
@@ -189,12 +194,24 @@ ProgramProcess::Heard ProgramProcess::hear(std::size_t line_bytes_max, Deadline 
       continue;
     }
     if (ends[1].revents != 0) read(output_);
+    if (ends[4].revents != 0) {
+      read_the_rest();
+      continue;
+    }
     // After standard output: what was written there before a line is told before it.
     if (ends[0].revents != 0 || ends[1].revents != 0) read_all(errors_);
     if (ends[2].revents != 0) write();
     const bool only_also = ends[0].revents == 0 && ends[1].revents == 0 && ends[2].revents == 0;
     if (only_also) return {What::kReadable};
   }
+}
+
+/// It has ended. What it has started may hold its streams open for long: that is not waited for.
+void ProgramProcess::read_the_rest() {
+  read_all(output_);
+  read_all(errors_);
+  output_.lines.finish();
+  close_one(output_.descriptor);
 }
 
 /// A program that has closed its standard output can answer nothing any more.

@@ -72,9 +72,11 @@ class ProgramProcess {
   static bool read(Pipe& pipe);
   static void read_all(Pipe& pipe);
   void write();
+  void read_the_rest();
   void wait_for_end();
 
   pid_t pid_ = -1;
+  int its_end_ = -1;  ///< a descriptor that can be read once the program has ended
   int input_ = -1;
   Pipe output_;
   Pipe errors_;

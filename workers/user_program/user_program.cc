@@ -1,6 +1,7 @@
 #include "workers/user_program/user_program.h"
 
 #include <fmt/format.h>
+#include <poll.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -21,6 +22,14 @@ constexpr int kRuleOfAnswers = 3;
 constexpr int kRuleOfOneAnswer = 6;
 constexpr int kRuleOfLength = 7;
 constexpr int kRuleOfEnds = 18;
+
+/// How long a program may talk without a pause where it is to be asked.
+constexpr std::chrono::seconds kTalkMax(1);
+
+bool can_be_read(int descriptor) {
+  pollfd one{descriptor, POLLIN, 0};
+  return poll(&one, 1, 0) > 0;
+}
 
 std::string in_words(const ProgramEnd& end) {
   return fmt::format("{} {}", end.exited ? "ended with status" : "was ended by signal", end.code);
@@ -69,7 +78,11 @@ void UserProgram::end_it(int rule, const std::string& why) {
 
 std::string UserProgram::ask(const std::string& line, std::size_t answer_bytes_max) {
   // An answer that nobody has asked for would be taken for that of this question.
+  const auto talks_until = std::chrono::steady_clock::now() + kTalkMax;
   while (hear_unasked(std::chrono::steady_clock::now(), -1)) {
+    if (std::chrono::steady_clock::now() > talks_until) {
+      end_it(kRuleOfOneAnswer, "it writes without a pause, so that no answer could be told");
+    }
   }
   process_.send(line);
   ProgramProcess::Deadline deadline;
@@ -85,6 +98,10 @@ std::string UserProgram::ask(const std::string& line, std::size_t answer_bytes_m
     }
     if (heard.what == What::kOutput && is_answer(heard.line)) return std::move(heard.line);
     note(heard.line);
+    if (deadline && std::chrono::steady_clock::now() > *deadline) {
+      end_it(kRuleOfAnswers,
+             fmt::format("no answer within {} ms, but talk", answer_limit_->count()));
+    }
   }
 }
 
@@ -103,13 +120,13 @@ bool UserProgram::hear_unasked(ProgramProcess::Deadline deadline, int descriptor
 }
 
 void UserProgram::attend(int descriptor) {
-  while (hear_unasked(std::nullopt, descriptor)) {
+  while (hear_unasked(std::nullopt, descriptor) && !can_be_read(descriptor)) {
   }
 }
 
 void UserProgram::attend_for(std::chrono::milliseconds time) {
   const auto deadline = std::chrono::steady_clock::now() + time;
-  while (hear_unasked(deadline, -1)) {
+  while (std::chrono::steady_clock::now() < deadline && hear_unasked(deadline, -1)) {
   }
 }
 
