@@ -12,7 +12,7 @@ namespace treeroll {
 struct WorkerProgram {
   WorkerProgram() = default;
   // One may stand for the other: most have no program of the user's.
-  WorkerProgram(std::filesystem::path executable)  // NOLINT(hicpp-explicit-conversions)
+  WorkerProgram(std::filesystem::path executable)  // NOLINT(google-explicit-constructor)
       : path(std::move(executable)) {}
 
   /// What it is started with.
