@@ -66,7 +66,7 @@ class PageTest : public testing::Test {
   }
   static int wait_for_port(const Daemon& daemon) {
     int port = 0;
-    eventually(seconds(30), [&] { return (port = port_of(daemon.standard_error())) > 0; });
+    eventually(seconds(90), [&] { return (port = port_of(daemon.standard_error())) > 0; });
     return port;
   }
   /// A roll-out step by step, once it has been made.
@@ -100,7 +100,7 @@ TEST_F(PageTest, ALearnerServesWhatItLearns) {
   EXPECT_THAT(fetch(port, "/metrics"), HasSubstr("treeroll_rollouts_applied_total{study="));
   EXPECT_EQ(fetch(port, "/healthz"), "ok\n");
   daemon->kill(SIGTERM);
-  EXPECT_EQ(daemon->wait(seconds(30)), 3);
+  EXPECT_EQ(daemon->wait(seconds(90)), 3);
 }
 
 TEST_F(PageTest, WhoWatchesSeesTheEnd) {
@@ -114,7 +114,7 @@ TEST_F(PageTest, WhoWatchesSeesTheEnd) {
     return now.empty() && !last.empty();
   });
   EXPECT_EQ(json::parse(last)["stage"], "done");
-  EXPECT_EQ(daemon->wait(seconds(30)), 0) << daemon->standard_error();
+  EXPECT_EQ(daemon->wait(seconds(90)), 0) << daemon->standard_error();
 }
 
 TEST_F(PageTest, AnAddressThatOthersReachNeedsAToken) {
@@ -153,11 +153,11 @@ TEST_F(PageTest, AJournalIsServedAndFollowedWhileItGrows) {
   EXPECT_GT(before, 0);
   EXPECT_TRUE(eventually(seconds(60), [&] { return applied(replay_port) > before + 50; }));
   daemon->kill(SIGTERM);
-  EXPECT_EQ(daemon->wait(seconds(30)), 3);
+  EXPECT_EQ(daemon->wait(seconds(90)), 3);
   // At rest: what result files add up to.
   const Said said = service_.run("treeroll-replay", {state().string(), "--export", "jsonl"});
   const auto num_rows = std::count(said.output.begin(), said.output.end(), '\n');
-  EXPECT_TRUE(eventually(seconds(30), [&] {
+  EXPECT_TRUE(eventually(seconds(90), [&] {
     const json state = json::parse(fetch(replay_port, "/api/state"), nullptr, false);
     return state["ledger"]["applied"].get<int>() + state["evaluated"].get<int>() == num_rows;
   }));
@@ -182,7 +182,7 @@ TEST_F(PageTest, ATerminalShowsWhoLearnsAndWhoWorks) {
                               executable("treeroll-top").string() + " --lcm-url " + service_.url() +
                               "' /dev/null";
   Daemon terminal("/bin/bash", {"-c", command}, service_.directory(), {{"TERM", "xterm"}});
-  EXPECT_EQ(terminal.wait(seconds(30)), 0) << terminal.standard_error();
+  EXPECT_EQ(terminal.wait(seconds(90)), 0) << terminal.standard_error();
   EXPECT_THAT(terminal.standard_output(), HasSubstr("swing_up"));
   const Said nowhere = service_.run("treeroll-top", {"--lcm-url", service_.url()});
   EXPECT_EQ(nowhere.status, 2);
@@ -201,7 +201,7 @@ TEST_F(PageTest, ABrowserShowsItAndFindsAResumedLearnerAgain) {
   browser.resize(1300, 900);
   browser.open("http://127.0.0.1:" + std::to_string(port) + "/");
   ASSERT_TRUE(browser.eventually(seconds(60), "document.querySelector('#curves canvas')"));
-  ASSERT_TRUE(browser.eventually(seconds(30), "study.textContent === 'swing_up'"));
+  ASSERT_TRUE(browser.eventually(seconds(90), "study.textContent === 'swing_up'"));
   const std::string done = "parseInt(facts.querySelector('dd').textContent.replace(/,/g, ''))";
   const auto before = browser.evaluate(done).get<double>();
   EXPECT_TRUE(browser.eventually(seconds(60), done + " > " + std::to_string(before + 20)));
@@ -209,10 +209,10 @@ TEST_F(PageTest, ABrowserShowsItAndFindsAResumedLearnerAgain) {
   ASSERT_TRUE(browser.eventually(seconds(60), "!motion.hidden && motion.width > 0"));
   const std::string picture = "motion.toDataURL()";
   const json still = browser.evaluate(picture);
-  EXPECT_TRUE(browser.eventually(seconds(20), picture + " !== " + still.dump()));
+  EXPECT_TRUE(browser.eventually(seconds(90), picture + " !== " + still.dump()));
   EXPECT_TRUE(
-      browser.eventually(seconds(20), "document.querySelectorAll('#traces canvas').length > 3"));
-  EXPECT_TRUE(browser.eventually(seconds(20), "document.querySelector('#policy canvas')"));
+      browser.eventually(seconds(90), "document.querySelectorAll('#traces canvas').length > 3"));
+  EXPECT_TRUE(browser.eventually(seconds(90), "document.querySelector('#policy canvas')"));
   EXPECT_EQ(browser.evaluate("runs.tBodies[0].rows.length"), 4);
   EXPECT_EQ(browser.evaluate("workers.tBodies[0].rows.length"), 1);
   // Any roll-out by a click.
@@ -234,7 +234,7 @@ TEST_F(PageTest, ABrowserShowsItAndFindsAResumedLearnerAgain) {
   EXPECT_THAT(browser.take_errors(), IsEmpty());
   // Killed, and resumed on the same port.
   daemon->kill(SIGKILL);
-  EXPECT_TRUE(browser.eventually(seconds(30), "stage.classList.contains('gone')"));
+  EXPECT_TRUE(browser.eventually(seconds(90), "stage.classList.contains('gone')"));
   daemon->wait(seconds(10));
   daemon = learner({"--resume", state().string()}, std::to_string(port));
   EXPECT_TRUE(browser.eventually(seconds(60), "stage.classList.contains('learning')"));
