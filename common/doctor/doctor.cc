@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "common/base/for_log.h"
 #include "common/doctor/group_watch.h"
 #include "common/doctor/host_checks.h"
 #include "common/program/program.h"
@@ -39,13 +40,6 @@ std::string read_snmp() {
     std::fclose(file);
   }
   return text;
-}
-
-/// What strangers have written goes to a terminal: one line, nothing that steers it.
-std::string as_line(const std::string& text) {
-  std::string line;
-  for (const char c : text) line += static_cast<unsigned char>(c) < ' ' || c == '\x7f' ? '?' : c;
-  return line;
 }
 
 void append(Findings& findings, Findings more) {
@@ -139,8 +133,8 @@ const char* word(Level level) {
 
 void print(const Findings& findings) {
   for (const Finding& finding : findings) {
-    fmt::print("{:<8} {:<10} {}\n", word(finding.level), finding.subject, as_line(finding.text));
-    if (!finding.cure.empty()) fmt::print("{:<19} -> {}\n", "", as_line(finding.cure));
+    fmt::print("{:<8} {:<10} {}\n", word(finding.level), finding.subject, for_log(finding.text));
+    if (!finding.cure.empty()) fmt::print("{:<19} -> {}\n", "", for_log(finding.cure));
   }
 }
 

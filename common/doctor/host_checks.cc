@@ -6,7 +6,6 @@
 #include <ifaddrs.h>
 #include <net/if.h>
 #include <netinet/in.h>
-#include <sched.h>
 #include <sys/socket.h>
 #include <sys/statfs.h>
 #include <sys/statvfs.h>
@@ -22,6 +21,8 @@
 #include <cstring>
 #include <memory>
 #include <vector>
+
+#include "common/program/processor_share.h"
 
 namespace treeroll::doctor {
 namespace {
@@ -244,12 +245,9 @@ Finding check_clock() {
 }
 
 Finding check_processors() {
-  cpu_set_t set;
-  if (sched_getaffinity(0, sizeof set, &set) != 0)
-    return {Level::kNotice, "processors", "cannot be counted"};
   return {Level::kOk, "processors",
-          fmt::format("{}: so many evaluators are worth starting (treeroll-worker --processes)",
-                      CPU_COUNT(&set))};
+          fmt::format("{}: so many evaluators treeroll-worker starts by itself",
+                      num_usable_processors())};
 }
 
 Finding check_gnuplot() {

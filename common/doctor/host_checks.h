@@ -36,7 +36,7 @@ Findings check_folder(const std::filesystem::path& folder);
 /// Whether the system's clock follows a time server: logs and journals bear its time, nothing else
 /// depends on it.
 Finding check_clock();
-/// Processors that this process may use.
+/// Processors that this process may keep busy.
 Finding check_processors();
 /// What a report draws its figures with.
 Finding check_gnuplot();

@@ -40,7 +40,7 @@ class ReportFiguresTest : public testing::Test {
                   .claims_file = "",
                   .output = folder_ / output,
                   .compare = {},
-                  .worker_program = worker_program});
+                  .worker_program = {.path = worker_program, .evaluator = {}}});
     return content(fs::path(output) / "report.md");
   }
   std::string content(const fs::path& path) const {
@@ -221,7 +221,7 @@ TEST_F(ReportFiguresTest, AWorkerThatAnswersAmissCostsItsPicturesNotTheReport) {
     const LoadedStudy loaded = load_study(folder_ / "study/study.toml", {});
     std::vector<LearntPolicy> policies = learnt_policies(loaded, results());
     testing::internal::CaptureStderr();
-    const auto remarks = make_rollouts(loaded, worker(answer), policies);
+    const auto remarks = make_rollouts(loaded, {.path = worker(answer), .evaluator = {}}, policies);
     EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr(said)) << answer;
     EXPECT_THAT(remarks, testing::Contains(HasSubstr("could not make the roll-outs"))) << answer;
   }
@@ -248,7 +248,8 @@ TEST_F(ReportFiguresTest, AWorkerThatSaysNonsenseMakesNoRollouts) {
            begin + R"(, "policy_inputs": ["angle_rad"]}})"}) {  // no column
     std::vector<LearntPolicy> policies = learnt_policies(loaded, results());
     testing::internal::CaptureStderr();
-    const std::vector<std::string> remarks = make_rollouts(loaded, worker(said), policies);
+    const std::vector<std::string> remarks =
+        make_rollouts(loaded, {.path = worker(said), .evaluator = {}}, policies);
     EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("cannot be shown")) << said;
     EXPECT_THAT(remarks, testing::Contains(HasSubstr("could not make the roll-outs: tree, flat.")));
     EXPECT_FALSE(policies[0].start_rollout) << said;
@@ -270,7 +271,7 @@ TEST_F(ReportFiguresTest, WhatIsAskedForMustBeThere) {
   learn_into(folder_ / "study", tree_study(""));
   EXPECT_THAT(error_of({.directories = {folder_ / "study"},
                         .output = folder_ / "out",
-                        .worker_program = folder_ / "nobody",
+                        .worker_program = {.path = folder_ / "nobody", .evaluator = {}},
                         .needs_worker_program = true}),
               HasSubstr("--worker-program"));
   EXPECT_FALSE(fs::exists(folder_ / "out"));

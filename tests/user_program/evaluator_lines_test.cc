@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "common/base/for_log.h"
 #include "workers/tasks/trace.h"
 
 namespace treeroll::worker {
@@ -32,11 +33,12 @@ TEST(EvaluatorLinesTest, AQuestionIsOneLineOfJson) {
 }
 
 TEST(EvaluatorLinesTest, AnAnswerIsALineThatBeginsAsAJsonObjectWithAKey) {
-  for (const char* line : {R"({"reward": 1})", R"({"reward": NaN})", R"({"cut)", "{}", "{ }"}) {
+  for (const char* line : {R"({"reward": 1})", R"({"reward": NaN})", R"({"cut)", "{}", "{ }",
+                           R"({ "reward": NaN})", R"( {"reward": 1})"}) {
     EXPECT_TRUE(is_answer(line)) << line;
   }
   for (const char* line :
-       {"", "episode 3", "[1]", "{'reward': 1}", "{not json", " {\"reward\": 1}", "null", "{}{}"}) {
+       {"", "episode 3", "[1]", "{'reward': 1}", "{not json", "  {\"cut", "null", "{}{}"}) {
     EXPECT_FALSE(is_answer(line)) << line;
   }
 }

@@ -9,8 +9,8 @@
 
 #include "common/program/host_name.h"
 #include "tests/files/scratch_folder.h"
+#include "common/program/processor_share.h"
 #include "workers/app/host_facts.h"
-#include "workers/app/processor_share.h"
 
 namespace treeroll::worker {
 namespace {

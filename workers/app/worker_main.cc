@@ -1,5 +1,6 @@
 #include "workers/app/worker_main.h"
 
+#include <fcntl.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -9,8 +10,10 @@
 
 #include "common/base/config_error.h"
 #include "common/base/content_hash.h"
+#include "common/base/for_log.h"
 #include "common/program/host_name.h"
 #include "common/program/process_start.h"
+#include "common/program/processor_share.h"
 #include "common/program/program.h"
 #include "common/program/random_id.h"
 #include "common/protocol/limits.h"
@@ -19,7 +22,6 @@
 #include "workers/app/evaluator.h"
 #include "workers/app/host_facts.h"
 #include "workers/app/process_limits.h"
-#include "workers/app/processor_share.h"
 #include "workers/app/program_log.h"
 #include "workers/app/task_content.h"
 #include "workers/app/worker_daemon.h"
@@ -99,6 +101,7 @@ int serve(const Options& options) {
   if (!options.evaluator.empty()) {
     read_program_command(kEvaluatorOption, options.evaluator);
     settings.load_time_limit = kProgramLoadTimeLimit;
+    settings.one_task_at_a_time = true;
   }
   const std::string url = transport::resolve_url(options.lcm_url);
   auto daemon = WorkerDaemon::open(url, settings, {options.evaluator, options.memory_limit_mb});
@@ -151,6 +154,8 @@ std::unique_ptr<TaskSource> source_of(const Options& options, const TaskRegistry
 
 int serve_daemon(const Options& options, const TaskRegistry& registry) {
   if (!become_evaluator(options.parent_pid)) return kExitOther;
+  // What a task starts is not to speak to the daemon in our name.
+  fcntl(options.evaluator_socket, F_SETFD, FD_CLOEXEC);
   try {
     return run_evaluator(*source_of(options, registry), options.evaluator_socket);
   } catch (const ProgramEnded& ended) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/cut_text.h"
+#include "common/base/for_log.h"
 #include "common/base/json_text.h"
 #include "workers/tasks/trace.h"
 
@@ -20,7 +21,6 @@ namespace {
 using nlohmann::json;
 
 constexpr int kNestingMax = 64;
-constexpr std::size_t kLogLineBytesMax = 500;
 constexpr std::size_t kTermsMax = 64;
 
 /// What is wrong with an answer; never leaves this file.
@@ -155,23 +155,13 @@ Outcome outcome_of(const json& said, const TaskDescription& task) {
 }  // namespace
 
 bool is_answer(std::string_view line) {
-  if (line.starts_with("{\"")) return true;
-  return line.starts_with('{') && json::accept(line);
-}
-
-std::string for_log(std::string_view line) {
-  const std::string quoted =
-      json(line.substr(0, kLogLineBytesMax)).dump(-1, ' ', false, json::error_handler_t::replace);
-  std::string text = json::parse(quoted).get<std::string>();
-  std::ranges::replace_if(
-      text, [](unsigned char c) { return c < ' ' || c == 0x7f; }, ' ');
-  // C1 controls, two bytes in UTF-8: some terminals obey them too.
-  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
-    const bool is_control = static_cast<unsigned char>(text[i]) == 0xc2 &&
-                            static_cast<unsigned char>(text[i + 1]) < 0xa0;
-    if (is_control) text.replace(i, 2, " ");
-  }
-  return text;
+  constexpr std::string_view kBlanks = " \t";
+  const std::size_t brace = line.find_first_not_of(kBlanks);
+  if (brace == std::string_view::npos || line[brace] != '{') return false;
+  const std::size_t key = line.find_first_not_of(kBlanks, brace + 1);
+  // An indented line may be part of what is printed for people: it must be whole.
+  const bool begins_as_one = brace == 0 && key != std::string_view::npos && line[key] == '"';
+  return begins_as_one || json::accept(line);
 }
 
 std::string describe_line(const std::string& name, const json& settings) {

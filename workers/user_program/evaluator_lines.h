@@ -29,10 +29,6 @@ inline constexpr std::size_t kTraceAnswerBytesMax = 64'000'000;
 /// Whether a line of standard output is meant as an answer; all others are for the log. [5]
 bool is_answer(std::string_view line);
 
-/// A line of a program as a log may show it: one line, no character that a terminal would obey,
-/// bounded.
-std::string for_log(std::string_view line);
-
 // What the program is asked, one line each, with its line break.
 
 std::string describe_line(const std::string& name, const nlohmann::json& settings);

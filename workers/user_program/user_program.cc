@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/base/config_error.h"
+#include "common/base/for_log.h"
 
 namespace treeroll::worker {
 namespace {

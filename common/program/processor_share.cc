@@ -1,4 +1,4 @@
-#include "workers/app/processor_share.h"
+#include "common/program/processor_share.h"
 
 #include <sched.h>
 
@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-namespace treeroll::worker {
+namespace treeroll {
 namespace {
 
 namespace fs = std::filesystem;
@@ -84,4 +84,4 @@ int num_usable_processors() {
   return static_cast<int>(std::clamp(limit, 1., bound));
 }
 
-}  // namespace treeroll::worker
+}  // namespace treeroll

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-namespace treeroll::worker {
+namespace treeroll {
 
 /// As many processors as this process may keep busy, at least 1: those it is bound to
 /// (sched_setaffinity), or less where a cgroup, a container's say, limits their time.
@@ -15,4 +15,4 @@ int num_usable_processors();
 double cgroup_processors(const std::filesystem::path& membership,
                          const std::filesystem::path& mount);
 
-}  // namespace treeroll::worker
+}  // namespace treeroll
