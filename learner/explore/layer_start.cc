@@ -24,8 +24,8 @@ LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy
   if (settings.metric) {
     const Eigen::MatrixXd unit =
         step_covariance(policy.effect(), *settings.metric, settings.output_scale);
-    start.noise_variance = unit.diagonal();
     start.distribution.noise = *settings.initial_step * *settings.initial_step * unit;
+    start.noise_variance = start.distribution.noise.diagonal();
     start.bolder = settings.bold_step / *settings.initial_step;
     return start;
   }

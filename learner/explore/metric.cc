@@ -1,6 +1,7 @@
 #include "learner/explore/metric.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 #include "common/base/check.h"
@@ -22,7 +23,11 @@ Eigen::MatrixXd step_covariance(const PolicyEffect& effect, Metric metric, doubl
   const Eigen::Index n = effect.derivative.cols();
   CHECK(scale > 0 && effect.least.size() == n, "the output has a size");
   const auto num_inputs = static_cast<double>(effect.outputs.rows());
-  Eigen::MatrixXd squares = effect.derivative.transpose() * effect.derivative / num_inputs;
+  Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index row = 0; row < effect.derivative.rows(); ++row) {
+    add_square(effect.derivative.row(row).transpose(), squares);
+  }
+  squares = mirrored(squares / num_inputs);
   double largest = 0;
   for (Eigen::Index i = 0; i < n; ++i) {
     if (effect.least[i] == 0) largest = std::max(largest, squares(i, i));

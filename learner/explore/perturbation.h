@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "common/base/random_stream.h"
 
@@ -10,7 +11,11 @@ namespace treeroll::explore {
 /// roll-outs far apart, a minimum noise decayed to next to nothing) is factorised with its
 /// diagonal raised by the least of 1e-14, 1e-13, ... of itself that suffices: far below what the
 /// directions concerned are known to.
-/// @param noise  n x n, symmetric, positive semi-definite within rounding, diagonal above 0
+/// @param noise  n x n, symmetric
+/// @return nothing for one that is not finite and positive semi-definite within rounding, or whose
+///         diagonal is not above 0
+std::optional<Eigen::MatrixXd> noise_factor_if_any(const Eigen::MatrixXd& noise);
+/// Precondition: there is one.
 Eigen::MatrixXd noise_factor(const Eigen::MatrixXd& noise);
 
 /// n standard normal numbers. Element i is the i-th of the stream: the first elements do not depend

@@ -11,6 +11,7 @@
 
 #include "common/base/check.h"
 #include "common/base/elementary.h"
+#include "common/base/mirrored.h"
 #include "common/policy/tree/frame.h"
 
 namespace treeroll {
@@ -192,9 +193,8 @@ std::vector<Line> stepped(std::vector<Line> lines, const Eigen::VectorXd& step,
   return lines;
 }
 
-/// The sum that is minimised, with J'J and J'r.
+/// J'J and J'r of the sum that is minimised.
 struct Normal {
-  double cost = 0;
   Eigen::MatrixXd squares;
   Eigen::VectorXd gradient;
 };
@@ -240,25 +240,20 @@ class Problem {
     Regression regression(lines);
     const Eigen::Index size =
         static_cast<Eigen::Index>(lines.size()) * Sizes{inputs_.rows(), outputs_.rows()}.of_line();
-    Normal result{0, Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
+    Normal result{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
     Eigen::MatrixXd derivative;
     Eigen::VectorXd r;
     Eigen::VectorXd row;
     for (Eigen::Index n = 0; n < inputs_.cols(); ++n) {
       residual(regression, n, r);
-      result.cost += r.squaredNorm();
       regression.derivative(derivative);
       for (Eigen::Index o = 0; o < r.size(); ++o) {
         if (std::isnan(outputs_(o, n))) continue;
         row = derivative.row(o).transpose() / unit_[o];
         result.gradient += r[o] * row;
-        for (Eigen::Index j = 0; j < size; ++j) {
-          if (row[j] == 0) continue;
-          result.squares.col(j).tail(size - j) += row[j] * row.tail(size - j);
-        }
+        add_square(row, result.squares);
       }
     }
-    result.cost *= share_;
     result.gradient *= share_;
     result.squares = (share_ * result.squares).selfadjointView<Eigen::Lower>();
     return result;
@@ -267,8 +262,11 @@ class Problem {
  private:
   void residual(Regression& regression, Eigen::Index n, Eigen::VectorXd& into) const {
     into = (regression.at(inputs_.col(n)) - outputs_.col(n)).cwiseQuotient(unit_);
-    // An output that a sample lacks has no error.
-    for (double& error : into) error = std::isnan(error) ? 0 : error;
+    // An output that a sample lacks has no error. Any other that is no number stays one: no step
+    // that leads there is taken.
+    for (Eigen::Index o = 0; o < into.size(); ++o) {
+      if (std::isnan(outputs_(o, n))) into[o] = 0;
+    }
   }
 
   Eigen::MatrixXd inputs_;

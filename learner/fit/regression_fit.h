@@ -28,7 +28,8 @@ struct RegressionFit {
 /// Refines a mixture so that its regression meets the data: EM maximises a density, which is
 /// another thing. Levenberg-Marquardt over the input means, the output means, psi (3-12), the
 /// Cholesky factor of S_II with the logarithm of its diagonal, and the logarithm of the priors, of
-/// all components together. Input deviations stay within 1/70 and 1.4 of the range of their input.
+/// all components together. The diagonal of that factor (of one input: its deviation) stays within
+/// 1/70 and 1.4 of the range of its input.
 /// The variance of the outputs around the lines stays: a regression does not depend on it. A sum
 /// of the priors stays too.
 /// @param start  a fit of EM. Throws FitError where a component has no weight

@@ -76,7 +76,7 @@ void add_log_likelihoods(const std::vector<Claim>& claims, std::vector<StudyResu
     });
     if (!is_asked) continue;
     try {
-      const LoadedStudy loaded = load_study(results.directory / "study.toml", {});
+      const LoadedStudy loaded = load_resolved_study(results.directory / "study.toml");
       for (std::size_t i = 0; i < loaded.study.conditions.size(); ++i) {
         const std::vector<double>& by_layer = loaded.log_likelihoods[i];
         if (by_layer.empty()) continue;

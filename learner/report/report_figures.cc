@@ -60,7 +60,7 @@ void add_policies(const LoadedStudy& loaded, const StudyResults& results,
 Figures figures_of(const StudyResults& results, const WorkerProgram& worker_program,
                    std::int64_t noise_rollouts_max) {
   try {
-    const LoadedStudy loaded = load_study(results.directory / "study.toml", {});
+    const LoadedStudy loaded = load_resolved_study(results.directory / "study.toml");
     std::vector<std::string> remarks;
     Figures figures = study_plots(results, noise_of(loaded, results, noise_rollouts_max, remarks));
     std::move(remarks.begin(), remarks.end(), std::back_inserter(figures.left_out));

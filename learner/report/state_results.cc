@@ -32,7 +32,7 @@ std::optional<StateStudy> study_beside_tables(const StateFiles& files, bool has_
   try {
     if (has_journal) return read_state_study(files);
     StateStudy state;
-    state.loaded = load_study(study_of(files.directory), {});
+    state.loaded = load_resolved_study(study_of(files.directory));
     return state;
   } catch (const StudyError& error) {
     spdlog::warn("its tables are read without the study: {}", error.what());

@@ -29,7 +29,7 @@ LoadedStudy read_study(const fs::path& file, const ContentHash& id, const char* 
     throw std::runtime_error(
         fmt::format("{}: is missing: the journal tells of an extension of it", file.string()));
   }
-  LoadedStudy study = load_study(file, {});
+  LoadedStudy study = load_resolved_study(file);
   if (id_of(study) != id) {
     throw std::runtime_error(fmt::format("{}: is not the study {}", file.string(), whose));
   }
@@ -50,7 +50,7 @@ StateFiles state_files(const fs::path& path) {
 StateStudy read_state_study(const StateFiles& files, const std::vector<std::string>& overrides) {
   const fs::path file = study_of(files.directory);
   StateStudy state{
-      .loaded = overrides.empty() ? load_study(file, {}) : load_extended(file, overrides),
+      .loaded = overrides.empty() ? load_resolved_study(file) : load_extended(file, overrides),
       .in_journal = {},
       .text_before = "",
       .extension = "",
@@ -65,7 +65,7 @@ StateStudy read_state_study(const StateFiles& files, const std::vector<std::stri
     // A learner has ended between study.toml and the record of its extension.
     before = read_study(earlier, *studies.last(), "that the journal ends with");
   } else if (!overrides.empty()) {
-    before = load_study(file, {});
+    before = load_resolved_study(file);
   } else {
     state.in_journal = {.id = id, .repetitions = state.loaded.study.repetitions};
     return state;

@@ -39,7 +39,7 @@ LoadedStudy load_extended(const std::filesystem::path& file,
     if (std::find(kMayGrow.begin(), kMayGrow.end(), key) != kMayGrow.end()) continue;
     throw StudyError(kCommandLineOrigin, ConfigError(key, setting.text, kMayGrowRule));
   }
-  return load_study(file, overrides);
+  return load_resolved_study(file, overrides);
 }
 
 void check_extends(const LoadedStudy& before, const LoadedStudy& after,

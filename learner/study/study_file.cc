@@ -226,22 +226,21 @@ std::vector<std::string> demonstration_columns(const json& policy) {
   return columns;
 }
 
-/// A study that no program has written is of the latest form.
-int form_of(const StudyDocument& document) {
+int form_of(const StudyDocument& document, int form_unsaid) {
   const json& attached = document.attached();
   return attached.contains("written_by") ? attached["written_by"]["format"].get<int>()
-                                         : kStudyFormat;
+                                         : form_unsaid;
 }
 
 /// Reads the conditions of a document one after the other.
 class StudyBuilder {
  public:
   StudyBuilder(std::filesystem::path file, const StudyDocument& document,
-               const PolicyRegistry& policies, StoredStarts starts)
+               const PolicyRegistry& policies, StoredStarts starts, int form_unsaid)
       : file_(std::move(file)),
         document_(document),
         registry_(policies),
-        policies_(policies, stored_, starts, form_of(document)) {
+        policies_(policies, stored_, starts, form_of(document, form_unsaid)) {
     const json& attached = document.attached();
     try {
       if (attached.contains("demonstrations")) {
@@ -376,14 +375,25 @@ class StudyBuilder {
   std::int64_t in_flight_ = 0;
 };
 
+/// @param form_unsaid  of a study that does not say its form
+LoadedStudy load(const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                 const PolicyRegistry& policies, StoredStarts starts, int form_unsaid) {
+  const StudyDocument document(file, overrides);
+  StudyBuilder builder(file, document, policies, starts, form_unsaid);
+  for (std::size_t i = 0; i < document.num_conditions(); ++i) builder.add_condition(i);
+  return builder.take();
+}
+
 }  // namespace
 
 LoadedStudy load_study(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                        const PolicyRegistry& policies, StoredStarts starts) {
-  const StudyDocument document(file, overrides);
-  StudyBuilder builder(file, document, policies, starts);
-  for (std::size_t i = 0; i < document.num_conditions(); ++i) builder.add_condition(i);
-  return builder.take();
+  return load(file, overrides, policies, starts, kStudyFormat);
+}
+
+LoadedStudy load_resolved_study(const std::filesystem::path& file,
+                                const std::vector<std::string>& overrides, StoredStarts starts) {
+  return load(file, overrides, learnable_policies(), starts, 1);
 }
 
 StudyError condition_error(const LoadedStudy& loaded, std::size_t condition,

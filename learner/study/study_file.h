@@ -47,6 +47,11 @@ LoadedStudy load_study(const std::filesystem::path& file, const std::vector<std:
                        const PolicyRegistry& policies = learnable_policies(),
                        StoredStarts starts = StoredStarts::kTaken);
 
+/// The same of the study.toml of a state directory: one that does not say its form is of the first.
+LoadedStudy load_resolved_study(const std::filesystem::path& file,
+                                const std::vector<std::string>& overrides = {},
+                                StoredStarts starts = StoredStarts::kTaken);
+
 /// The error of a condition's setting, with where it stands, also for those whom a worker tells
 /// ("task.step_s").
 StudyError condition_error(const LoadedStudy& loaded, std::size_t condition,

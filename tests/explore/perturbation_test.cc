@@ -62,6 +62,9 @@ TEST(PerturbationDeathTest, RefusesWhatIsNoCovariance) {
   indefinite << 1, 2, 2, 1;
   EXPECT_DEATH(noise_factor(indefinite), "not positive semi-definite");
   EXPECT_DEATH(noise_factor(Eigen::Matrix2d::Zero()), "variances above 0");
+  EXPECT_FALSE(noise_factor_if_any(indefinite));
+  EXPECT_FALSE(noise_factor_if_any(Eigen::Matrix2d::Constant(NAN)));
+  EXPECT_TRUE(noise_factor_if_any(Eigen::Matrix2d::Identity()));
 }
 
 }  // namespace

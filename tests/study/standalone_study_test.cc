@@ -212,6 +212,18 @@ TEST_F(StandaloneStudyTest, AStudyOfTheFirstFormIsWrittenInThisOneAndNeedsItsFil
   study_test::expect_equal(load_study(written.path(), {}).study, loaded.study);
 }
 
+/// Nor did that of form 1, which does not say its form.
+TEST_F(StandaloneStudyTest, AStudyOfTheFirstFormIsNotRefined) {
+  std::string first = replaced(resolved_, "[written_by]\nformat = 3\nprogram = \"0.2.0\"\n", "");
+  first = replaced(first, "refine = \"regression\"\n", "");
+  first = replaced(first, "stop_relative_error = 0.02\n", "");
+  const StudyText text(first);
+  EXPECT_THAT(load_resolved_study(text.path()).resolved.to_toml(""),
+              HasSubstr("refine = \"none\""));
+  EXPECT_THAT(load_study(text.path(), {}).resolved.to_toml(""),
+              HasSubstr("refine = \"regression\""));
+}
+
 /// Programs that wrote form 2 refined no fit, and their studies do not say so.
 TEST_F(StandaloneStudyTest, AStudyOfTheSecondFormKeepsTheFitThatItHad) {
   std::string second = replaced(resolved_, "format = 3", "format = 2");

@@ -15,11 +15,12 @@ namespace {
 
 using ::testing::HasSubstr;
 
-RestRegulator regulator(const std::string& lqr, double rest_rad) {
+RestRegulator regulator(const std::string& lqr, double rest_rad,
+                        const sim::PlantSettings& plant = {}) {
   const nlohmann::json settings = nlohmann::json::parse(R"({"lqr": )" + lqr + "}");
   nlohmann::json resolved;
   SettingsReader reader(settings, "task", resolved);
-  RestRegulator made(reader, {}, rest_rad);
+  RestRegulator made(reader, plant, rest_rad);
   reader.finish();
   return made;
 }
@@ -73,6 +74,18 @@ TEST(RestRegulatorTest, SaysWhatIsWrongWithItsSettings) {
               HasSubstr("must be such that a stable regulator comes of them"));
   EXPECT_THAT(refused_weights(R"({"input_weight": 1e-6})"), HasSubstr("a simulation follows 100"));
   EXPECT_THAT(refused_weights(R"({"gain": 3})"), HasSubstr("task.lqr.gain"));
+}
+
+TEST(RestRegulatorTest, IsNoFasterThanTheStepsOfItsPlantFollow) {
+  sim::PlantSettings plant;
+  plant.kind = sim::PlantKind::kRk4;
+  plant.step_s = .05;
+  EXPECT_THROW(regulator("{}", 0, plant), ConfigError);
+  plant.step_s = .01;
+  EXPECT_NO_THROW(regulator("{}", 0, plant));
+  plant = {};
+  plant.kind = sim::PlantKind::kDopri5;
+  EXPECT_NO_THROW(regulator("{}", 0, plant));
 }
 
 TEST(NominalMotionTest, IsTheMotionAtItsStepsAndCloseToItBetweenThem) {

@@ -44,7 +44,8 @@ TEST(LearningTableTest, EveryKindLearnsTheSwingUpWithoutAKey) {
                               {"study.repetitions=10"}),
                     .99);
   for (const LearningRow& row : rows) {
-    if (row.condition.find('.') != std::string::npos) continue;  // rules without a trial
+    if (row.condition == "correction.power")
+      continue;  // PoWER without a key of its own takes longer
     EXPECT_EQ(row.share_at(1000), 1) << row.condition;
     EXPECT_LE(row.rollouts_for(.5), 260) << row.condition;
   }

@@ -60,7 +60,7 @@ HoldTask::HoldTask(SettingsReader& settings)
       plant_(sim::read_plant_settings(settings), read_plant_variation(settings)) {
   if (!settings.has("feedback")) return;
   if (settings.choice("feedback", {"none", "lqr"}) == "lqr") {
-    regulator_.emplace(settings, plant_.parameters(), target_rad_);
+    regulator_.emplace(settings, plant_.settings(), target_rad_);
   }
   SettingsReader holds = settings.table("holds");
   holding_ = read_holding_rule(holds, duration_s_);
@@ -102,10 +102,12 @@ Outcome HoldTask::roll_out(Controller& controller, std::uint64_t seed, Trace* tr
     controller.act(input, {&acceleration_mps2, 1});
     return acceleration_mps2;
   };
+  double given_mps2 = 0;  // by the policy, last: a trace must not ask it once more
   const auto feedback = [&](double, const sim::CartPendulumState& state) {
     // A state on its way to diverging may not be finite between two steps; no controller takes it.
     if (!sim::is_finite(state)) return 0.;
-    double wanted_mps2 = policy_mps2(state);
+    given_mps2 = policy_mps2(state);
+    double wanted_mps2 = given_mps2;
     if (regulator_) wanted_mps2 += regulator_->acceleration(state);
     return std::clamp(wanted_mps2, -acceleration_max_mps2_, acceleration_max_mps2_);
   };
@@ -126,7 +128,7 @@ Outcome HoldTask::roll_out(Controller& controller, std::uint64_t seed, Trace* tr
                                          x.phi1_rate, x.phi2_rate, x.y_rate, cart_acceleration_mps2,
                                          now};
               if (holding_) {
-                row.insert(row.end(), {policy_mps2(state), holding.holds() ? 1. : 0.});
+                row.insert(row.end(), {given_mps2, holding.holds() ? 1. : 0.});
               }
               trace->add_row(row);
               return true;

@@ -17,7 +17,9 @@ constexpr NumberRule kStateWeight{.min = 0, .max = 1e6};
 constexpr NumberRule kInputWeight{.min = 1e-6, .max = 1e6};
 /// Of the gains along a motion.
 constexpr double kStepS = 1e-3;
-/// The regulator's fastest motion: a step of 5 ms, and one of the gains, still follow it.
+/// The regulator's fastest motion times the plant's step: half of it is followed in one.
+constexpr double kFastestPerStep = .5;
+/// And whatever the step, so that the gains' own steps follow it well.
 constexpr double kFastestPerS = 100;
 
 QuadraticCost read_cost(SettingsReader& table) {
@@ -29,13 +31,13 @@ QuadraticCost read_cost(SettingsReader& table) {
 
 }  // namespace
 
-RestRegulator::RestRegulator(SettingsReader& settings, const sim::DoublePendulum& pendulum,
+RestRegulator::RestRegulator(SettingsReader& settings, const sim::PlantSettings& plant,
                              double rest_rad)
     : rest_(rest_rad, rest_rad, 0, 0, 0, 0) {
   SettingsReader table = settings.table("lqr");
   cost_ = read_cost(table);
   table.finish();
-  const sim::LinearDynamics dynamics = linear_dynamics(pendulum, sim::to_state(rest_), 0);
+  const sim::LinearDynamics dynamics = linear_dynamics(plant.parameters, sim::to_state(rest_), 0);
   const auto riccati = stationary_riccati(dynamics, cost_);
   if (!riccati) {
     table.refuse("state_weights",
@@ -45,11 +47,14 @@ RestRegulator::RestRegulator(SettingsReader& settings, const sim::DoublePendulum
   riccati_ = *riccati;
   gains_ = regulator_gains(dynamics.by_input, riccati_, cost_);
   const double fastest_per_s = regulator_speed(dynamics, gains_).fastest;
-  if (fastest_per_s > kFastestPerS) {
+  const bool has_steps = plant.kind != sim::PlantKind::kDopri5;
+  const double followed_per_s =
+      has_steps ? std::min(kFastestPerS, kFastestPerStep / plant.step_s) : kFastestPerS;
+  if (fastest_per_s > followed_per_s) {
     table.refuse("input_weight",
                  fmt::format("must be larger beside state_weights: the regulator would act at "
                              "{:.3g} per second, and a simulation follows {:g}",
-                             fastest_per_s, kFastestPerS));
+                             fastest_per_s, followed_per_s));
   }
 }
 

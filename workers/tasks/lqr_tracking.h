@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/base/settings_reader.h"
+#include "sim/plant_settings.h"
 #include "workers/tasks/riccati.h"
 
 /// Feedback of a task of its own, beside what the policy gives: it keeps the plant near a motion or
@@ -21,13 +22,12 @@ class RestRegulator {
   /// Reads the table `lqr` of a task, with the weights of what is to be kept small:
   ///
   ///   lqr = {state_weights = [100, 100, 10, 1, 1, 1],   # of phi1, phi2, y and their rates
-  ///          input_weight = .1}                         # of the acceleration; .1 (m/s^2)^2 cost
-  ///          as
-  ///                                                     # much as .01 rad^2, say
+  ///          input_weight = .1}                         # of the acceleration: 1 m/s^2 costs as
+  ///                                                     # much as .03 rad
   ///
   /// Throws ConfigError, also for weights of which no stable regulator comes, or one that is too
-  /// fast for a simulation to follow.
-  RestRegulator(SettingsReader& settings, const sim::DoublePendulum& pendulum, double rest_rad);
+  /// fast for a simulation of the plant's step to follow.
+  RestRegulator(SettingsReader& settings, const sim::PlantSettings& plant, double rest_rad);
 
   /// -K x, where x is the state less that of rest.
   double acceleration(const sim::CartPendulumState& state) const;

@@ -41,7 +41,7 @@ class VariedPlant {
   /// The plant as the settings have it, of which those of the evaluations are variations.
   sim::CartPendulumPlant& plant() { return *plant_; }
   const sim::CartPendulumPlant& plant() const { return *plant_; }
-  const sim::DoublePendulum& parameters() const { return settings_.parameters; }
+  const sim::PlantSettings& settings() const { return settings_; }
 
   /// Whether the same policy gets the same reward whatever the seed.
   bool deterministic() const { return variation_.is_none(); }

@@ -36,7 +36,7 @@ SwingUpAndHoldTask::SwingUpAndHoldTask(SettingsReader& settings, bool has_feedba
       acceleration_max_mps2_(settings.number("acceleration_max_mps2", kAccelerationMax, 20)),
       links_(visible_links(swing_up_.plant, swing_up_.variation)),
       plant_(swing_up_.plant, swing_up_.variation) {
-  if (has_feedback) regulator_.emplace(settings, swing_up_.plant.parameters, 0.);
+  if (has_feedback) regulator_.emplace(settings, swing_up_.plant, 0.);
   SettingsReader holds = settings.table("holds");
   holding_ = read_holding_rule(holds, holds.number("until_s", kSimulatedTime, holding_.until_s));
   reward_share_ = holds.number("reward_share", {.min = 0, .max = 1}, reward_share_);
