@@ -22,8 +22,6 @@ namespace {
 
 using nlohmann::json;
 
-/// A user's program may take long to start: an interpreter, a simulator, its models.
-constexpr std::chrono::seconds kLimit{90};
 /// What a study file holds stays below its own limit of 32 tables.
 constexpr int kSettingsNestingMax = 16;
 constexpr std::uint64_t kIntegerMax = std::numeric_limits<std::int64_t>::max();
@@ -49,8 +47,9 @@ void check_settings(const json& settings, const std::string& path, int depth) {
 }  // namespace
 
 DescribedTask describe_task(const std::string& content, const WorkerProgram& worker_program) {
-  Result<ProgramOutput> answer = run_program(
-      worker_program.path, worker_program.arguments({"--describe-task"}), content, kLimit);
+  Result<ProgramOutput> answer =
+      run_program(worker_program.path, worker_program.arguments({"--describe-task"}), content,
+                  kDescriptionLimit);
   if (!answer) throw std::runtime_error("cannot ask about the task: " + answer.error().message);
   const std::string unusable =
       fmt::format("{} --describe-task ended with status {} and said nothing that can be read",

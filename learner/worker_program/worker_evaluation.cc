@@ -104,8 +104,12 @@ PolicyEvaluation evaluate_with(const WorkerProgram& worker_program, const TaskDe
                    {"policy", request.policy_text},
                    {"seed", request.seed},
                    {"trace", request.trace}};
-  const std::chrono::seconds limit(static_cast<std::int64_t>(
-      std::min(1e9, kBlockedFactor * task.time_limit_s) + kBlockedExtraS));
+  // A user's program is started and describes its task first.
+  const std::chrono::seconds start =
+      worker_program.evaluator.empty() ? std::chrono::seconds(0) : kDescriptionLimit;
+  const std::chrono::seconds limit =
+      start + std::chrono::seconds(static_cast<std::int64_t>(
+                  std::min(1e9, kBlockedFactor * task.time_limit_s) + kBlockedExtraS));
   const Result<ProgramOutput> answer =
       run_program(worker_program.path, worker_program.arguments({"--evaluate"}), asked.dump(),
                   limit, kAnswerBytesMax);

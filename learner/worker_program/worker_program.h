@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -10,11 +11,6 @@ namespace treeroll {
 /// A worker executable, and the user's own program that evaluates in place of its tasks, if there
 /// is one.
 struct WorkerProgram {
-  WorkerProgram() = default;
-  // One may stand for the other: most have no program of the user's.
-  WorkerProgram(std::filesystem::path executable)  // NOLINT(google-explicit-constructor)
-      : path(std::move(executable)) {}
-
   /// What it is started with.
   std::vector<std::string> arguments(std::vector<std::string> first) const {
     if (!evaluator.empty()) first.insert(first.end(), {"--evaluator", evaluator});
@@ -24,6 +20,10 @@ struct WorkerProgram {
   std::filesystem::path path;
   std::string evaluator;  ///< the command of the user's program; empty: none
 };
+
+/// Wall time in which a worker executable starts and describes a task. A user's program may take
+/// long to start: an interpreter, a simulator, its models.
+inline constexpr std::chrono::seconds kDescriptionLimit{90};
 
 /// Of the option that gives it, the same in every program.
 inline constexpr const char* kEvaluatorHelp =

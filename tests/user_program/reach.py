@@ -33,6 +33,10 @@ def describe(task):
     said = {"input_dim": 1, "output_dim": 1, "reward_min": 0, "reward_max": 1,
             "time_limit_s": settings["time_limit_s"], "deterministic": settings["mode"] != "seed",
             "settings": dict(settings)}
+    if settings["mode"] == "describes_slowly":
+        until = time.process_time() + 1
+        while time.process_time() < until:
+            pass
     if settings["mode"] == "describes_nonsense":
         said["input_dim"] = "one"
     if settings["mode"] == "defaults_drift":
@@ -63,6 +67,11 @@ def evaluate(asked):
     if mode == "exits":
         print("the arm is gone", file=sys.stderr, flush=True)
         sys.exit(3)
+    if mode == "descriptors":
+        for number in os.listdir("/proc/self/fd"):
+            link = f"/proc/self/fd/{number}"
+            if os.path.lexists(link) and os.readlink(link).startswith("socket:"):
+                return {"failed": "it has a socket of the worker's"}
     if mode == "burns":
         while True:
             pass

@@ -73,11 +73,20 @@ TEST(WorkerWithProgramTest, ReportsARefusalAndHasTwoTasksByTurns) {
   }
 }
 
+TEST(WorkerWithProgramTest, ADescriptionMadeAgainIsNoPartOfARolloutsTime) {
+  Stage stage(26, {"--processes=1"});
+  ASSERT_TRUE(stage.learner.meet_worker());
+  for (int i = 0; i < 4; ++i) {
+    stage.define({{"goal_m", i % 2}, {"mode", "describes_slowly"}, {"time_limit_s", .2}});
+    EXPECT_EQ(stage.outcome(i), Outcome::ok(i % 2 == 1 ? 1 : .5)) << i;
+  }
+}
+
 TEST(WorkerWithProgramTest, WhatEndsAProgramThriceIsAnsweredSo) {
   Stage stage(23, {"--processes=1"});
   ASSERT_TRUE(stage.learner.meet_worker());
   int number = 0;
-  for (const char* mode : {"segfault", "exits"}) {
+  for (const char* mode : {"segfault", "exits", "closes_output"}) {
     stage.define({{"mode", mode}});
     EXPECT_EQ(stage.outcome(number++).status(), RolloutStatus::kCrashed) << mode;
   }
@@ -87,6 +96,8 @@ TEST(WorkerWithProgramTest, WhatEndsAProgramThriceIsAnsweredSo) {
   }
   stage.define({{"mode", "discards_first"}});
   EXPECT_TRUE(stage.outcome(number++).is_discarded());
+  stage.define({{"mode", "descriptors"}});
+  EXPECT_EQ(stage.outcome(number++), Outcome::ok(.8));
   stage.define(json::object());
   EXPECT_EQ(stage.outcome(number++), Outcome::ok(.8)) << "it goes on";
   EXPECT_THAT(stage.worker.errors(), HasSubstr("in run 0, roll-out 1: the arm is gone"));

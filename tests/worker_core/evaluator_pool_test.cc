@@ -150,6 +150,28 @@ TEST_F(EvaluatorPoolTest, WhatIsWithdrawnWhileADefinitionIsLoadedIsNotEvaluated)
   EXPECT_EQ(pool_.idle_evaluator(), 1) << "what was withdrawn is not waited for";
 }
 
+TEST_F(EvaluatorPoolTest, WhereItIsOneAtATimeATaskIsLoadedAnewBeforeTheClockOfItsRollouts) {
+  settings_.one_task_at_a_time = true;
+  const DefinitionName other{DefinitionKind::kTask, content_hash("other")};
+  shelf_.receive(turn_, protocol::definition_piece(1, other, "other", 0), RolloutQueue{});
+  pool_.check(turn_, 0, *shelf_.take_unchecked(), shelf_);
+  on(DefinitionLoaded{0, other, true, "", {1, 1, 2, 2s}});
+  effects_.clear();
+  evaluate(0, {work(7)});  // of the first task
+  std::vector<DefinitionName> forgotten;
+  std::vector<DefinitionName> loaded;
+  for (const Effect& effect : effects_) {
+    if (const auto* forget = std::get_if<ForgetDefinition>(&effect))
+      forgotten.push_back(forget->name);
+    if (const auto* load = std::get_if<LoadDefinition>(&effect)) loaded.push_back(load->name);
+    EXPECT_FALSE(std::holds_alternative<RunRollouts>(effect));
+  }
+  EXPECT_EQ(forgotten, std::vector{other});
+  EXPECT_EQ(loaded, std::vector{task_});
+  on(DefinitionLoaded{0, task_, true, "", {1, 1, 2, 2s}});
+  EXPECT_EQ(on(RolloutEvaluated{0, job(), {.5, RolloutStatus::kOk}, 1000}).size(), 1U);
+}
+
 TEST_F(EvaluatorPoolTest, NothingCountsAgainstWorkWhoseEvaluatorEndsUnderSeveral) {
   for (const Death death : {Death::kFatalSignal, Death::kExited, Death::kForeignSignal}) {
     evaluate(0, {work(1), work(2), work(3)});

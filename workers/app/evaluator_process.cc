@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/program/log.h"
 #include "workers/app/family_time.h"
 
 namespace treeroll::worker {
@@ -64,6 +65,7 @@ int spawn(int socket, const EvaluatorSettings& settings, pid_t& pid) {
                                  "--parent=" + std::to_string(getpid()),
                                  "--memory-limit-mb=" + std::to_string(settings.memory_mb_max)};
   if (!settings.program.empty()) words.push_back("--evaluator=" + settings.program);
+  if (logs_as_json()) words.insert(words.end(), {"--log", "json"});
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);

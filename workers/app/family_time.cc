@@ -4,6 +4,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -58,7 +59,7 @@ std::optional<Duration> cpu_time_of(pid_t pid) {
 Duration cpu_time_of_family(pid_t pid) {
   std::vector<pid_t> family{pid};
   Duration total{};
-  for (std::size_t i = 0; i < family.size() && family.size() < kProcessesMax; ++i) {
+  for (std::size_t i = 0; i < std::min(family.size(), kProcessesMax); ++i) {
     total += cpu_time_of(family[i]).value_or(Duration{}) + waited_for(family[i]);
     add_children(family[i], family);
   }

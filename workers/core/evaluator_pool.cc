@@ -363,6 +363,14 @@ void EvaluatorPool::load(const Turn& turn, int index, const DefinitionName& name
     }
     if (num_forgotten < kForgetsPerJobMax) evaluator.num_evicted_seen = definitions.num_evicted();
   }
+  if (settings_.one_task_at_a_time && name.kind == DefinitionKind::kTask) {
+    // Asked for again, the other is loaded anew: that is no part of its roll-out's time.
+    std::erase_if(evaluator.known, [&](const DefinitionName& other) {
+      const bool goes = other.kind == DefinitionKind::kTask;
+      if (goes) turn.effects.emplace_back(ForgetDefinition{index, other});
+      return goes;
+    });
+  }
   begin_job(turn, evaluator, State::kLoading, settings_.load_time_limit);
   evaluator.loading = name;
   turn.effects.emplace_back(

@@ -6,8 +6,8 @@
 
 namespace treeroll::worker {
 
-LearnerLink::LearnerLink(const WorkerSettings& settings, std::int64_t last_index)
-    : settings_(settings), last_index_sent_(last_index), last_index_seen_(last_index) {}
+LearnerLink::LearnerLink(const WorkerSettings& settings, std::int64_t last_index, TimePoint now)
+    : settings_(settings), met_(now), last_index_sent_(last_index), last_index_seen_(last_index) {}
 
 void LearnerLink::hear_batch(TimePoint now, std::int64_t sequence) {
   hear(now);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/base/time.h"
+#include "common/protocol/timings.h"
 #include "workers/core/worker_events.h"
 #include "workers/core/worker_settings.h"
 
@@ -18,7 +19,7 @@ class LearnerLink {
  public:
   /// The settings must outlive the link.
   /// @param last_index  of the last answer there is for it: all up to there count as seen
-  LearnerLink(const WorkerSettings& settings, std::int64_t last_index);
+  LearnerLink(const WorkerSettings& settings, std::int64_t last_index, TimePoint now);
 
   void hear(TimePoint now) {
     heard_ = now;
@@ -30,9 +31,11 @@ class LearnerLink {
     hear(now);
     num_workers_ = num_workers;
   }
-  /// As it said last; 0 before, and nothing once it is given up.
-  std::optional<int> num_workers() const {
-    return given_up_ ? std::nullopt : std::optional(num_workers_);
+  /// As it said last; before, for as long as its first words may be on their way, 0. Nothing of one
+  /// that says none (treeroll-doctor, say) or that is given up.
+  std::optional<int> num_workers(TimePoint now) const {
+    if (given_up_ || num_workers_) return given_up_ ? std::nullopt : num_workers_;
+    return now < met_ + 2 * protocol::kLearnerStatusPeriod ? std::optional(0) : std::nullopt;
   }
   /// This process was stopped for so long: no silence of the learner's.
   void excuse(Duration delay) { heard_ += delay; }
@@ -65,8 +68,12 @@ class LearnerLink {
   void note_new_answer(TimePoint now) {
     if (!waiting_since_) waiting_since_ = now;
   }
-  /// They are sent when the first of them has waited so long. Precondition: there is one.
-  void answer_after(Duration wait) { answer_at_ = *waiting_since_ + wait; }
+  /// There are answers that have not been sent: they are when the first of them has waited so long.
+  /// A repetition may have taken those along since which this was known.
+  void answer_after(TimePoint now, Duration wait) {
+    note_new_answer(now);
+    answer_at_ = *waiting_since_ + wait;
+  }
   bool answer_due(TimePoint now) const { return answer_at_ && now >= *answer_at_; }
   /// From sending an answer to the word that it has been seen; nothing before the first.
   std::optional<Duration> round_trip() const { return round_trip_; }
@@ -107,9 +114,10 @@ class LearnerLink {
   void repeat_after(TimePoint now, Duration interval);
 
   const WorkerSettings& settings_;
+  const TimePoint met_;
   TimePoint heard_;
   bool given_up_ = false;
-  int num_workers_ = 0;
+  std::optional<int> num_workers_;
   std::int64_t last_batch_ = 0;
   std::uint64_t received_ = 0;
   bool missing_ = false;

@@ -58,6 +58,7 @@ void WorkerCore::step(TimePoint now, Event event, Effects& effects) {
   last_step_ = now;
   if (delay > Duration{}) {
     evaluators_.excuse(delay);
+    busy_at_ += delay;
     for (auto& [id, learner] : learners_) learner.excuse(delay);
   }
 
@@ -103,7 +104,7 @@ void WorkerCore::on(const Turn& turn, MessageReceived& event) {
     const auto known = learners_.find(status->learner_id);
     if (known == learners_.end()) return beat_within(turn, protocol::kIdleHeartbeat);
     known->second.hear_status(turn.now, status->num_workers);
-    count_workers();
+    count_workers(turn.now);
     beat_within(turn, heartbeat());
   }
 }
@@ -136,7 +137,7 @@ void WorkerCore::on(const Turn& turn, const TimerFired&) {
     }
     if (learner.is_to_be_given_up(turn.now)) {
       learner.give_up();
-      count_workers();
+      count_workers(turn.now);
       give_up_work_of(turn, id);
     }
     if (learner.asking_due(turn.now)) ask_for_definitions(turn, id, learner);
@@ -228,7 +229,7 @@ LearnerLink* WorkerCore::meet(const Turn& turn, protocol::LearnerId id) {
   }
   turn.inform("learners served", fmt::format("serves learner {}", id));
   num_workers_ = 0;  // it has not said how many it hears
-  return &learners_.try_emplace(id, settings_, answers_.last_index(id)).first->second;
+  return &learners_.try_emplace(id, settings_, answers_.last_index(id), turn.now).first->second;
 }
 
 void WorkerCore::forget(const Turn& turn, protocol::LearnerId id) {
@@ -242,7 +243,7 @@ void WorkerCore::forget(const Turn& turn, protocol::LearnerId id) {
     last_batches_.erase(last_batches_.begin());
   }
   learners_.erase(id);
-  count_workers();
+  count_workers(turn.now);
 }
 
 /// Nobody waits for it any more, and whoever else has work should have the evaluators.
@@ -300,7 +301,6 @@ void WorkerCore::take_request(const Turn& turn, protocol::LearnerId learner, std
   if (const auto index = answers_.repeat(learner, request.key, request.content, request.attempt)) {
     ++num_repeated_;
     LearnerLink& link = learners_.at(learner);
-    if (*index > link.last_index_sent()) link.note_new_answer(turn.now);
     return link.want_again(*index);
   }
   const RolloutName name{learner, request.key};

@@ -85,7 +85,7 @@ class WorkerCore {
   void send_status(const Turn& turn);
   Duration heartbeat() const;
   void beat_within(const Turn& turn, Duration interval);
-  void count_workers();
+  void count_workers(TimePoint now);
   int free_slots() const;
   std::size_t batch_room() const;
 

@@ -70,7 +70,7 @@ Duration WorkerCore::answer_wait(protocol::LearnerId id, const LearnerLink& lear
 void WorkerCore::send_answers_if_due(const Turn& turn, protocol::LearnerId id,
                                      LearnerLink& learner) {
   if (answers_.last_index(id) > learner.last_index_sent()) {
-    learner.answer_after(answer_wait(id, learner));
+    learner.answer_after(turn.now, answer_wait(id, learner));
     if (!learner.answer_due(turn.now)) return;
   }
   send_new_answers(turn, id, learner);  // and what is asked for again, which waits for nothing
@@ -169,10 +169,10 @@ void WorkerCore::beat_within(const Turn& turn, Duration interval) {
 }
 
 /// Each learner counts on heartbeats as often as what it has said allows.
-void WorkerCore::count_workers() {
+void WorkerCore::count_workers(TimePoint now) {
   std::optional<int> fewest;
   for (const auto& [id, learner] : learners_) {
-    const std::optional<int> heard = learner.num_workers();
+    const std::optional<int> heard = learner.num_workers(now);
     if (heard) fewest = std::min(*heard, fewest.value_or(*heard));
   }
   num_workers_ = fewest.value_or(num_workers_);

@@ -1,5 +1,6 @@
 #include <Eigen/Core>
 #include <algorithm>
+#include <cfenv>
 #include <cmath>
 #include <cstring>
 #include <exception>
@@ -37,9 +38,26 @@ class LastError {
 
 thread_local LastError last_error;  // NOLINT: one for each thread is what the header promises
 
+/// The floating point mode that evaluators run in, while this exists; then the caller's again. In
+/// another one, of a library that flushes small numbers to 0, say, other bits would come out.
+class StandardMode {
+ public:
+  StandardMode() {
+    std::fegetenv(&callers_);
+    std::fesetenv(FE_DFL_ENV);
+  }
+  ~StandardMode() { std::fesetenv(&callers_); }
+  StandardMode(const StandardMode&) = delete;
+  StandardMode& operator=(const StandardMode&) = delete;
+
+ private:
+  std::fenv_t callers_{};
+};
+
 /// Nothing is thrown into a caller that may know no exceptions.
 template <typename Value, typename Function>
 Value guarded(Value otherwise, const Function& function) {
+  const StandardMode standard;
   try {
     return function();
   } catch (const std::exception& error) {

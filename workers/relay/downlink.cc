@@ -17,6 +17,7 @@ void Downlink::check_task(const learner::Turn& turn, const std::string& content)
   if (const TaskDescription* facts = workforce_.facts_of(id)) {
     take_facts(turn, id, *facts);
   } else {
+    undescribed_.insert(id);
     workforce_.start(turn);
   }
 }
@@ -50,6 +51,18 @@ void Downlink::ask(const learner::Turn& turn, const protocol::RolloutRequest& re
 
 void Downlink::withdraw(protocol::RolloutKey key) {
   if (open_.erase(key) > 0) workforce_.withdraw(key);
+}
+
+void Downlink::leave() {
+  for (const ContentHash& id : undescribed_) refuse(id, "its learner has gone");
+  undescribed_.clear();
+}
+
+void Downlink::refuse(const ContentHash& task, std::string reason) {
+  news_.verdicts.push_back({.name = {worker::DefinitionKind::kTask, task},
+                            .accepted = false,
+                            .text = std::move(reason),
+                            .facts = {}});
 }
 
 void Downlink::give_up_all() {
@@ -104,14 +117,12 @@ void Downlink::look_for_refusals() {
     if (place->second) news_.refusals.push_back({above_, id, *place->second});
     return place->second;
   };
-  for (const ContentHash& id : undescribed_) {
+  // Told once: check_task() asks again.
+  std::erase_if(undescribed_, [&](const ContentHash& id) {
     const std::optional<std::string>& reason = refusal(id);
-    if (!reason) continue;
-    news_.verdicts.push_back({.name = {worker::DefinitionKind::kTask, id},
-                              .accepted = false,
-                              .text = *reason,
-                              .facts = {}});
-  }
+    if (reason) refuse(id, *reason);
+    return reason.has_value();
+  });
   for (auto it = open_.begin(); it != open_.end();) {
     const auto& [key, open] = *it;
     const bool is_refused = refusal(open.task_id) || refusal(open.policy_id);

@@ -46,6 +46,8 @@ class Downlink : private learner::Client {
            const std::string& task, const std::string& policy);
   /// Nobody waits for it any more. Nothing happens if it is not open.
   void withdraw(protocol::RolloutKey key);
+  /// Its learner has gone: what was to be described is not, here.
+  void leave();
   /// All that is open is given up.
   void give_up_all();
   /// From now on nothing is given out; what no worker has is put back.
@@ -84,6 +86,7 @@ class Downlink : private learner::Client {
                   const TaskDescription& facts) override;
   void add_task(const learner::Turn& turn, const ContentHash& id, const std::string& content);
   void look_for_refusals();
+  void refuse(const ContentHash& task, std::string reason);
   worker::RolloutName name(protocol::RolloutKey key) const { return {above_, key}; }
 
   const protocol::LearnerId above_;

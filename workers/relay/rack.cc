@@ -142,7 +142,7 @@ void Rack::remind(TimePoint now) {
     Downlink& downlink = it->second;
     const bool is_gone =
         downlink.num_open() == 0 && now >= downlink.heard_above() + settings_.learner_silence_max;
-    if (!is_gone) downlink.remind(turn);
+    is_gone ? downlink.leave() : downlink.remind(turn);
     it = is_gone ? downlinks_.erase(it) : std::next(it);
   }
   if (forgets_refusals_ && now >= refusals_end_) looks_ = true;
@@ -189,6 +189,7 @@ bool Rack::make_room() {
     if (is_first || it->second.heard_above() < victim->second.heard_above()) victim = it;
   }
   if (victim == downlinks_.end()) return false;
+  victim->second.leave();
   downlinks_.erase(victim);
   return true;
 }

@@ -27,6 +27,7 @@ using What = ProgramProcess::Heard::What;
 
 /// How long a program that has closed its standard output may take to end by itself.
 constexpr std::chrono::milliseconds kEndGrace(500);
+constexpr std::size_t kErrorPieceBytesMax = 65'536;
 
 [[noreturn]] void fail(const std::string& what, int number) {
   throw std::runtime_error("cannot start the program: " + what + ": " + std::strerror(number));
@@ -50,6 +51,8 @@ void close_one(int& descriptor) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);
   for (int i = 0; i < 3; ++i) dup2(streams[static_cast<std::size_t>(i)], i);
+  // Nothing of ours is its business: with the evaluator's socket it could answer the daemon.
+  close_range(STDERR_FILENO + 1, ~0U, CLOSE_RANGE_CLOEXEC);
   // Signals as a fresh program has them: an evaluator ignores those that a terminal sends.
   for (int signal = 1; signal < NSIG; ++signal) ::signal(signal, SIG_DFL);
   sigset_t none;
@@ -155,14 +158,14 @@ void ProgramProcess::read_all(Pipe& pipe) {
 }
 
 std::optional<ProgramProcess::Heard> ProgramProcess::next_line(std::size_t line_bytes_max) {
-  for (const auto& [pipe, what] :
-       {std::pair(&errors_, What::kError), std::pair(&output_, What::kOutput)}) {
-    if (auto line = pipe->lines.next()) {
-      if (line->size() > line_bytes_max) return Heard{What::kTooLong};
-      return Heard{what, *std::move(line)};
-    }
-    if (pipe->lines.num_bytes_unfinished() > line_bytes_max) return Heard{What::kTooLong};
+  // Standard error is for people: what has no line break is cut. Only an answer must come whole.
+  if (errors_.lines.num_bytes_unfinished() > kErrorPieceBytesMax) errors_.lines.finish();
+  if (auto line = errors_.lines.next()) return Heard{What::kError, *std::move(line)};
+  if (auto line = output_.lines.next()) {
+    if (line->size() > line_bytes_max) return Heard{What::kTooLong};
+    return Heard{What::kOutput, *std::move(line)};
   }
+  if (output_.lines.num_bytes_unfinished() > line_bytes_max) return Heard{What::kTooLong};
   return std::nullopt;
 }
 
@@ -218,10 +221,16 @@ void ProgramProcess::read_the_rest() {
 void ProgramProcess::wait_for_end() {
   const auto deadline = std::chrono::steady_clock::now() + kEndGrace;
   int status = 0;
+  bool is_killed = false;
   while (waitpid(pid_, &status, WNOHANG) != pid_) {
-    if (std::chrono::steady_clock::now() > deadline) kill();
+    if (!is_killed && std::chrono::steady_clock::now() > deadline) {
+      kill();
+      is_killed = true;
+    }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
+  // SIGKILL would be nobody's fault; this end is the program's own.
+  if (is_killed) status = W_EXITCODE(1, 0);
   end_ = WIFEXITED(status) ? ProgramEnd{true, WEXITSTATUS(status)}
                            : ProgramEnd{false, WTERMSIG(status)};
 }

@@ -44,7 +44,7 @@ class ProgramProcess {
     enum class What {
       kOutput,    ///< a line of standard output
       kError,     ///< a line of standard error
-      kTooLong,   ///< a line of more than `line_bytes_max` on either
+      kTooLong,   ///< a line of standard output of more than `line_bytes_max`
       kEnded,     ///< it has ended, or has closed its standard output and was ended; all is heard
       kReadable,  ///< `also` can be read
       kLate,      ///< nothing of that by the deadline

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import os
 import sys
 from pathlib import Path
 
@@ -26,10 +27,18 @@ def load_task(place: str) -> type:
     return getattr(module, name)
 
 
+def write_whole(file: Path, text: str) -> None:
+    """Whoever reads it meanwhile, a robot say, finds the text before or this one, whole."""
+    part = file.with_name(file.name + ".part")
+    part.write_text(text)
+    os.replace(part, file)
+
+
 def watch(arguments: argparse.Namespace) -> None:
     """A line each time a run's best policy has become better."""
     with Watcher(arguments.study, arguments.lcm_url) as watcher:
         shown: dict = {}
+        written = None
         for _ in watcher.updates(arguments.timeout_s):
             for best in watcher.all_best():
                 key = (best.study, best.condition, best.repetition)
@@ -38,8 +47,10 @@ def watch(arguments: argparse.Namespace) -> None:
                 shown[key] = best.reward
                 print(f"{best.study} {best.condition} {best.repetition}: reward {best.reward!r} "
                       f"at roll-out {best.rollout}", flush=True)
-                if arguments.output:
-                    arguments.output.write_text(watcher.best().text + "\n")
+            best = watcher.best()
+            if arguments.output and best is not None and best.text != written:
+                write_whole(arguments.output, best.text + "\n")
+                written = best.text
             if watcher.is_done():
                 return
         sys.exit(f"nothing was heard for {arguments.timeout_s:g} s")

@@ -1,9 +1,7 @@
 """Environments of the Gymnasium interface as tasks."""
 
-from __future__ import annotations
-
 from .policy import Policy
-from .settings import Settings
+from .settings import Refused, Settings
 from .task import Description, Task
 
 
@@ -26,7 +24,9 @@ class GymnasiumTask(Task):
 
     def describe(self) -> Description:
         spaces = self.environment.observation_space, self.environment.action_space
-        sizes = [1 if not space.shape else int(space.shape[0]) for space in spaces]
+        if any(len(space.shape or ()) != 1 for space in spaces):
+            raise Refused("name", "must observe and act by lists of numbers (Box)")
+        sizes = [int(space.shape[0]) for space in spaces]
         return Description(*sizes, self.time_limit_s, deterministic=self.deterministic)
 
     def evaluate(self, policy: Policy, seed: int) -> float:

@@ -78,7 +78,7 @@ class Policy:
             raise PolicyError("a policy's text has no NUL character")
         self._handle = _lib().treeroll_policy_load(text)
         if not self._handle:
-            raise PolicyError(_lib().treeroll_policy_last_error().decode())
+            raise PolicyError(_lib().treeroll_policy_last_error().decode("utf-8", "replace"))
         self._input = (ctypes.c_double * self.input_dim)()
         self._output = (ctypes.c_double * self.output_dim)()
 
@@ -153,4 +153,4 @@ class Policy:
     @staticmethod
     def _check(status: int) -> None:
         if status != 0:
-            raise PolicyError(_lib().treeroll_policy_last_error().decode())
+            raise PolicyError(_lib().treeroll_policy_last_error().decode("utf-8", "replace"))

@@ -90,12 +90,15 @@ class _Program:
             return {"failed": "no task has been described"}
         task.terms = {}
         task._trace = _Trace() if asked.get("trace") else None
-        said = self._outcome(task, lambda: self._reward(task, asked))
-        if "reward" in said:
-            if task.terms:
-                said["terms"] = {str(name): _number(x) for name, x in task.terms.items()}
-            if task._trace is not None and task._trace.rows:
-                said["trace"] = task._trace.said(task)
+        return self._outcome(lambda: self._said(task, asked))
+
+    @classmethod
+    def _said(cls, task: Task, asked: dict) -> dict:
+        said: dict[str, Any] = {"reward": cls._reward(task, asked)}
+        if task.terms:
+            said["terms"] = {str(name): _number(x) for name, x in task.terms.items()}
+        if task._trace is not None and task._trace.rows:
+            said["trace"] = task._trace.said(task)
         return said
 
     @staticmethod
@@ -108,9 +111,9 @@ class _Program:
         return reward
 
     @staticmethod
-    def _outcome(task: Task, reward: Callable[[], float]) -> dict:
+    def _outcome(said: Callable[[], dict]) -> dict:
         try:
-            return {"reward": reward()}
+            return said()
         except Discarded as error:
             return {"discarded": str(error)}
         except Failed as error:

@@ -14,6 +14,7 @@ from .policy import Policy
 _KINDS = {"TREEROLL_LEARNER": "learner_status_t", "TREEROLL_RUNS": "run_status_t",
           "TREEROLL_BEST": "best_policy_t"}
 _PIECE_BYTES = 1024
+_GONE_S = 4.0  # a learner speaks once a second
 _POLICY_BYTES_MAX = 1 << 20
 
 
@@ -50,6 +51,7 @@ class Watcher:
         self._study = study
         self._types = Types()
         self._learner: Optional[int] = None
+        self._heard = 0.0
         self._status: Optional[dict] = None
         self._runs: dict[int, dict] = {}
         self._best: dict[int, tuple[dict, str]] = {}
@@ -77,7 +79,7 @@ class Watcher:
             try:
                 if self._take(received[0], self._types.decode(_KINDS[received[0]], received[1])):
                     return True
-            except MessageError:
+            except (MessageError, UnicodeDecodeError):
                 pass  # of another version, or nobody's
 
     def updates(self, silence_s: float) -> Iterator[None]:
@@ -130,6 +132,9 @@ class Watcher:
         if channel == "TREEROLL_LEARNER":
             if self._study not in (None, message["study"]):
                 return False
+            if self._learner not in (None, learner) and time.monotonic() < self._heard + _GONE_S:
+                return False  # another of the same name: the first is followed while it is there
+            self._heard = time.monotonic()
             if self._learner != learner:
                 # Another incarnation, after a resume: its runs tell what there is again.
                 self._learner, self._study = learner, message["study"]
