@@ -122,6 +122,7 @@ class LearnerDaemon : private learner::EffectHandler {
   void run() {
     loop_.on_signals(stop_signals(), [this](int signal) { stop(signal); });
     if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
+    if (page_) spdlog::info("the page is {}", page_->url());
     if (options_.local_workers > 0) {
       loop_.on_signals({SIGCHLD}, [this](int) {
         if (local_worker_) watch_local_worker();
@@ -158,7 +159,6 @@ class LearnerDaemon : private learner::EffectHandler {
                           .demonstrations = loaded.demonstrations};
     page_.emplace(loop_, options_.page, *core_, std::move(facts),
                   showing_program(directory, options_.worker_program));
-    spdlog::info("the page is {}", page_->url());
   }
 
   /// What the journal holds already is told as what is written to it.

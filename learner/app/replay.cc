@@ -143,7 +143,7 @@ void require_journal(const StateFiles& files, const JournalTail& tail) {
 /// @return how many were fitted; nothing if one differs, which is said
 std::optional<int> compare_starts(const StateFiles& files, const LoadedStudy& stored) {
   const LoadedStudy fitted =
-      load_study(study_of(files.directory), {}, learnable_policies(), StoredStarts::kFittedAgain);
+      load_resolved_study(study_of(files.directory), {}, StoredStarts::kFittedAgain);
   int num_fits = 0;
   bool agree = true;
   for (std::size_t i = 0; i < stored.study.conditions.size(); ++i) {

@@ -61,15 +61,17 @@ class JournalPage {
     return settings;
   }
 
-  /// Of a journal that has not grown nothing is read.
+  /// Of a journal that has not grown nothing is read, and nothing told.
   void follow() {
+    std::int64_t num_records = 0;
     try {
-      fold_.go_on(loop_.now());
+      num_records = fold_.go_on(loop_.now()).num_records;
     } catch (const std::exception&) {
       failure_ = std::current_exception();
       return loop_.stop();
     }
-    page_.study().note(core_.status(loop_.now()), loop_.now());
+    if (num_records != num_told_) page_.study().note(core_.status(loop_.now()), loop_.now());
+    num_told_ = num_records;
     timer_.set(loop_.now() + kLookPeriod);
   }
 
@@ -78,6 +80,7 @@ class JournalPage {
   learner::LearnerCore core_;
   web::LivePage page_;
   JournalFold fold_;
+  std::int64_t num_told_ = -1;  ///< records
   transport::Timer timer_{loop_, [this] { follow(); }};
   std::exception_ptr failure_;
 };

@@ -39,8 +39,7 @@ std::string as_seconds(double seconds) {
 
 /// Room for whoever is new: the one heard longest ago leaves.
 template <class Seen>
-void make_room(Seen& seen, std::size_t count_max, TimePoint now) {
-  std::erase_if(seen, [now](const auto& each) { return now - each.second.heard > kForgotten; });
+void make_room(Seen& seen, std::size_t count_max) {
   if (seen.size() < count_max) return;
   seen.erase(std::min_element(seen.begin(), seen.end(), [](const auto& a, const auto& b) {
     return a.second.heard < b.second.heard;
@@ -58,7 +57,7 @@ void cut(Line& line, std::size_t width) {
 
 void GroupView::hear(const protocol::Message& message, TimePoint now) {
   if (const auto* status = std::get_if<protocol::LearnerStatus>(&message)) {
-    if (!learners_.contains(status->learner_id)) make_room(learners_, kLearnersMax, now);
+    if (!learners_.contains(status->learner_id)) make_room(learners_, kLearnersMax);
     SeenLearner& learner = learners_[status->learner_id];
     learner.status = *status;
     learner.heard = now;
@@ -70,7 +69,7 @@ void GroupView::hear(const protocol::Message& message, TimePoint now) {
     auto& runs = learner->second.runs;
     if (runs.size() < kRunsMax || runs.contains(run->run)) runs[run->run] = *run;
   } else if (const auto* worker = std::get_if<protocol::WorkerStatus>(&message)) {
-    if (!workers_.contains(worker->worker_id)) make_room(workers_, kWorkersMax, now);
+    if (!workers_.contains(worker->worker_id)) make_room(workers_, kWorkersMax);
     SeenWorker& seen = workers_[worker->worker_id];
     seen.status = *worker;
     seen.num_held = 0;
@@ -78,6 +77,12 @@ void GroupView::hear(const protocol::Message& message, TimePoint now) {
     seen.status.held.clear();
     seen.heard = now;
   }
+}
+
+void GroupView::forget_silent(TimePoint now) {
+  const auto is_gone = [now](const auto& each) { return now - each.second.heard > kForgotten; };
+  std::erase_if(learners_, is_gone);
+  std::erase_if(workers_, is_gone);
 }
 
 const std::pair<const protocol::LearnerId, GroupView::SeenLearner>* GroupView::chosen(

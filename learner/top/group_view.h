@@ -39,8 +39,11 @@ class GroupView {
   static constexpr std::size_t kRunsMax = 100'000;  ///< of a learner
 
   void hear(const protocol::Message& message, TimePoint now);
+  /// Who has been silent for long is shown no more.
+  void forget_silent(TimePoint now);
 
   std::size_t num_learners() const { return learners_.size(); }
+  std::size_t num_workers() const { return workers_.size(); }
   std::size_t num_runs(std::size_t learner) const;
 
   /// A screen: `height` lines at most, each at most `width` characters.

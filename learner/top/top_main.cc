@@ -68,6 +68,7 @@ class Top {
   }
 
   void draw() {
+    view_.forget_silent(loop_.now());
     screen_->show(view_.lines(choice_, screen_->width(), screen_->height(), loop_.now()));
     timer_.set(loop_.now() + kDrawPeriod);
   }

@@ -319,6 +319,7 @@ struct HttpServer::Implementation {
       if (error) return end(*connection);
       connection->written += size;
       connection->active_at = loop.now();
+      connection->deadline = connection->active_at + limits.response;
     }
     connection->body.reset();
     if (!connection->keeps_alive) return hang_up(connection);

@@ -1,6 +1,7 @@
 #include "learner/web/rollout_shower.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,6 +17,8 @@ namespace {
 constexpr Duration kReapPeriod = std::chrono::milliseconds(20);
 /// What failed, or was made before the roll-out had its result, is made again after this.
 constexpr Duration kUnsettledFor = std::chrono::seconds(5);
+/// Who waits for a roll-out asks again and again; after this nobody does.
+constexpr Duration kWantedFor = std::chrono::seconds(10);
 constexpr std::size_t kFailureBytesMax = 500;
 
 /// What the program said last on standard error, without the log's time and level.
@@ -27,11 +30,20 @@ std::string last_line(std::string text) {
   return cut_text(text, kFailureBytesMax);
 }
 
-std::string all_of(int descriptor, std::size_t bytes_max) {
+std::string end_of(int descriptor, std::size_t bytes_max) {
+  struct stat facts {};
+  if (fstat(descriptor, &facts) != 0) return {};
   std::string text(bytes_max, '\0');
-  const ssize_t size = pread(descriptor, text.data(), text.size(), 0);
+  const ssize_t size = pread(descriptor, text.data(), text.size(),
+                             std::max<off_t>(facts.st_size - static_cast<off_t>(bytes_max), 0));
   text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
   return text;
+}
+
+/// And all that it has started, below it in its group: a user's program, say.
+void kill_all(pid_t child) {
+  kill(-child, SIGKILL);
+  kill(child, SIGKILL);  // it may not lead its group yet
 }
 
 }  // namespace
@@ -46,7 +58,7 @@ RolloutShower::~RolloutShower() {
     close(work_->child.output);
   }
   close(work_->child.errors);
-  kill(work_->child.pid, SIGKILL);
+  kill_all(work_->child.pid);
   waitpid(work_->child.pid, nullptr, 0);
 }
 
@@ -60,11 +72,13 @@ RolloutShower::Shown RolloutShower::show(protocol::RolloutKey key, bool is_settl
       return found->shown;
     }
   }
-  const bool is_waited_for = (work_ && work_->key == key) ||
-                             std::any_of(waiting_.begin(), waiting_.end(),
-                                         [&](const auto& waiting) { return waiting.first == key; });
-  if (!is_waited_for) {
-    waiting_.emplace_back(key, is_settled);
+  if (work_ && work_->key == key) return {};
+  const auto waiting = std::find_if(waiting_.begin(), waiting_.end(),
+                                    [&](const Waiting& each) { return each.key == key; });
+  if (waiting != waiting_.end()) {
+    waiting->asked_at = loop_.now();
+  } else {
+    waiting_.push_back({key, is_settled, loop_.now()});
     if (waiting_.size() > limits_.waiting_max) waiting_.pop_front();
     start_next();
   }
@@ -72,9 +86,13 @@ RolloutShower::Shown RolloutShower::show(protocol::RolloutKey key, bool is_settl
 }
 
 void RolloutShower::start_next() {
-  if (work_ || waiting_.empty()) return;
-  const auto [key, is_settled] = waiting_.front();
+  while (!work_ && !waiting_.empty()) start_one();
+}
+
+void RolloutShower::start_one() {
+  const auto [key, is_settled, asked_at] = waiting_.front();
   waiting_.pop_front();
+  if (loop_.now() > asked_at + kWantedFor) return;
   std::vector<std::string> arguments = program_.arguments;
   arguments.push_back(fmt::format("{}:{}", key.run, key.number));
   Result<PipedChild> child = start_piped_child(program_.program, arguments, limits_.niceness);
@@ -93,7 +111,7 @@ void RolloutShower::read() {
     work_->output.append(bytes.data(), static_cast<std::size_t>(size));
     if (work_->output.size() <= limits_.output_bytes_max) return;
     work_->is_too_long = true;
-    kill(work_->child.pid, SIGKILL);
+    kill_all(work_->child.pid);
   }
   loop_.forget(work_->child.output);
   close(work_->child.output);
@@ -103,13 +121,14 @@ void RolloutShower::read() {
 
 void RolloutShower::give_up() {
   work_->is_too_late = true;
-  kill(work_->child.pid, SIGKILL);
+  kill_all(work_->child.pid);
 }
 
 /// It has closed its output; its end follows.
 void RolloutShower::reap() {
   int status = 0;
-  if (waitpid(work_->child.pid, &status, WNOHANG) == 0) {
+  const pid_t ended = waitpid(work_->child.pid, &status, WNOHANG);
+  if (ended == 0) {
     return reap_timer_.set(loop_.now() + kReapPeriod);
   }
   limit_timer_.set(TimePoint::max());
@@ -118,8 +137,8 @@ void RolloutShower::reap() {
     kept.shown.failure = fmt::format("it took more than {:g} s", to_seconds(limits_.time));
   } else if (work_->is_too_long) {
     kept.shown.failure = fmt::format("it is more than {} bytes", limits_.output_bytes_max);
-  } else if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    kept.shown.failure = last_line(all_of(work_->child.errors, 65536));
+  } else if (ended < 0 || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    kept.shown.failure = last_line(end_of(work_->child.errors, 65536));
     if (kept.shown.failure.empty()) {
       kept.shown.failure =
           fmt::format("{} ended with status {} (127: it cannot be executed)",

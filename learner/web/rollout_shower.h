@@ -23,7 +23,8 @@ struct ShowingProgram {
 };
 
 struct ShowingLimits {
-  Duration time = std::chrono::seconds(120);
+  /// A user's program may start twice: to describe its task, and to evaluate.
+  Duration time = std::chrono::seconds(300);
   std::size_t output_bytes_max = 16'000'000;
   std::size_t cache_bytes_max = 48'000'000;
   std::size_t waiting_max = 8;  ///< past it who has waited longest is forgotten
@@ -54,6 +55,11 @@ class RolloutShower {
     bool is_settled = false;
     TimePoint made_at = {};
   };
+  struct Waiting {
+    protocol::RolloutKey key;
+    bool is_settled = false;
+    TimePoint asked_at;
+  };
   struct Work {
     protocol::RolloutKey key;
     bool is_settled = false;
@@ -64,6 +70,7 @@ class RolloutShower {
   };
 
   void start_next();
+  void start_one();
   void read();
   void give_up();
   void reap();
@@ -72,7 +79,7 @@ class RolloutShower {
   transport::Loop& loop_;
   ShowingProgram program_;
   ShowingLimits limits_;
-  std::deque<std::pair<protocol::RolloutKey, bool>> waiting_;
+  std::deque<Waiting> waiting_;
   std::optional<Work> work_;
   std::list<Kept> kept_;  ///< asked for last in front
   std::size_t kept_bytes_ = 0;

@@ -6,6 +6,7 @@
 namespace treeroll::top {
 namespace {
 
+using std::chrono::minutes;
 using std::chrono::seconds;
 using testing::Each;
 using testing::HasSubstr;
@@ -108,22 +109,8 @@ TEST(GroupViewTest, ShowsWorkersAndWhatIsWrong) {
   EXPECT_THAT(text, HasSubstr("drains"));
 }
 
-TEST(GroupViewTest, WhatStrangersSayMovesNoCursorAndIsBounded) {
-  GroupView view;
-  protocol::LearnerStatus status = learner(1);
-  status.study = "\x1b[2J\x07tab\there\n\xc3\xa4";
-  status.waiting_for = std::string(3000, 'x');
-  view.hear(status, kStart);
-  for (int id = 2; id < 200; ++id) view.hear(learner(id), kStart + seconds(id));
-  for (int id = 1; id < 5000; ++id) {
-    protocol::WorkerStatus worker;
-    worker.worker_id = id;
-    worker.host = std::string(1, '\x1b');
-    view.hear(worker, kStart);
-    view.hear(run(12'345, id, .5), kStart);  // of nobody who has spoken
-  }
-  EXPECT_LE(view.num_learners(), GroupView::kLearnersMax);
-  const std::vector<Line> lines = view.lines({}, 80, 24, kStart);
+/// On a screen of 80 x 24.
+void expect_plain(const std::vector<Line>& lines) {
   EXPECT_LE(lines.size(), 24U);
   for (const Line& line : lines) {
     std::size_t width = 0;
@@ -133,6 +120,35 @@ TEST(GroupViewTest, WhatStrangersSayMovesNoCursorAndIsBounded) {
     }
     EXPECT_LE(width, 80U);
   }
+}
+
+TEST(GroupViewTest, WhatStrangersSayMovesNoCursorAndIsBounded) {
+  GroupView view;
+  protocol::LearnerStatus status = learner(1);
+  status.study = "\x1b[2J\x07tab\there\n\xc3\xa4";
+  status.waiting_for = std::string(3000, 'x');
+  view.hear(status, kStart);
+  expect_plain(view.lines({}, 80, 24, kStart));
+  for (int id = 2; id < 200; ++id) view.hear(learner(id), kStart + seconds(id));
+  for (int id = 1; id < 5000; ++id) {
+    protocol::WorkerStatus worker;
+    worker.worker_id = id;
+    worker.host = std::string(1, '\x1b');
+    view.hear(worker, kStart);
+    view.hear(run(12'345, id, .5), kStart);  // of nobody who has spoken
+  }
+  EXPECT_EQ(view.num_learners(), GroupView::kLearnersMax);
+  EXPECT_EQ(view.num_workers(), GroupView::kWorkersMax);
+  expect_plain(view.lines({}, 80, 24, kStart));
+}
+
+TEST(GroupViewTest, WhoHasBeenSilentForLongIsForgotten) {
+  GroupView view;
+  view.hear(learner(1), kStart);
+  view.forget_silent(kStart + minutes(9));
+  EXPECT_EQ(view.num_learners(), 1U);
+  view.forget_silent(kStart + minutes(11));
+  EXPECT_EQ(view.num_learners(), 0U);
 }
 
 TEST(GroupViewTest, NumbersThatAreNoneBreakNothing) {

@@ -1,5 +1,6 @@
 // The page: asks the server twice a second, and shows what has changed.
 import {Unreachable, as_rate, as_time, by_id, condition_colour, counted, get, make, rollout_name, set_text, shown} from './net.js';
+import {alerts, refusals} from './alerts.js';
 import {Motion} from './motion.js';
 import {Plot, curves_plot, rates_plot, run_plot} from './plots.js';
 import {PolicyPicture} from './policy.js';
@@ -10,8 +11,8 @@ const kHiddenPeriod = 5000;
 
 const page = {
   study: null, state: null, curves: null, run: null, conditions: new Map(),
-  incarnation: null, versions: {}, hidden: new Set(), failures_to_reach: 0,
-  run_index: 0, follows: true, shown: null, shown_key: '', wanted_key: '', runs_from: 0, rollouts_next: null, rollouts_from: '',
+  incarnation: null, refusal: null, versions: {}, hidden: new Set(), failures_to_reach: 0,
+  run_index: 0, follows: true, shown: null, shown_key: '', shown_text: null, wanted_key: '', runs_from: 0, rollouts_next: null, rollouts_from: '',
 };
 const plots = {curves: new Plot(by_id('curves')), run: new Plot(by_id('run')), rates: new Plot(by_id('rates'))};
 const motion = new Motion();
@@ -34,28 +35,6 @@ by_id('theme').onclick = () => {
   try { localStorage.setItem('theme', theme); } catch { /* private window */ }
   set_theme(theme);
 };
-
-function alerts() {
-  const {state} = page;
-  const said = [];
-  const has_ended = page.failures_to_reach > 1 && state && state.stage === 'done' && !page.study.is_replay;
-  if (has_ended) said.push(['', `The study is done and its learner has ended. This page lives on with: treeroll-replay ${page.study.directory} --http PORT`]);
-  else if (page.failures_to_reach > 1) said.push(['bad', page.study && page.study.is_replay ? 'treeroll-replay does not answer. The page shows what it said last.' : 'The learner does not answer: it has ended, was stopped, or cannot be reached. The page shows what it said last, and goes on when it is back.']);
-  if (state && state.failure) said.push(['bad', state.failure]);
-  if (state && state.waiting_for && state.stage === 'learning') said.push(['', `Waiting: ${state.waiting_for}`]);
-  if (state && state.ledger.conflicting > 0) said.push(['bad', `${counted(state.ledger.conflicting)} roll-outs were answered twice with different rewards by workers of one numeric class: one of them is broken.`]);
-  const classes = state ? Object.keys(state.classes).length : 0;
-  if (classes > 1) said.push(['', `Results come from ${classes} numeric classes: bits depend on who evaluated what.`]);
-  const troubled = state ? state.workers.filter((worker) => worker.trouble && !worker.gone) : [];
-  if (troubled.length) said.push(['', `${troubled.length} of ${state.num_workers} workers: ${troubled[0].host || troubled[0].id}: ${troubled[0].trouble}`]);
-  const holder = by_id('alerts');
-  while (holder.children.length > said.length) holder.lastChild.remove();
-  while (holder.children.length < said.length) holder.append(make('p'));
-  said.forEach(([kind, text], i) => {
-    holder.children[i].className = `alert ${kind}`;
-    set_text(holder.children[i], text);
-  });
-}
 
 function show_head() {
   const {state} = page;
@@ -169,8 +148,17 @@ function show_tables() {
   if (state.rates.length > 1) plots.rates.draw(...rates_plot(state.rates));
 }
 
+/** Another study answers here now: nothing of the one before is shown under its name. */
+function forget_study() {
+  Object.assign(page, {curves: null, run: null, run_index: 0, follows: true, shown: null, shown_key: '', shown_text: null, wanted_key: '', runs_from: 0, rollouts_next: null, rollouts_from: ''});
+  page.hidden.clear();
+  motion.set(null);
+  by_id('legend').replaceChildren();
+}
+
 async function begin_anew() {
   const {data} = await get('/api/study');
+  if (page.study && page.study.directory !== data.directory) forget_study();
   page.study = data;
   page.incarnation = data.incarnation;
   page.versions = {};
@@ -295,7 +283,12 @@ async function look_at_rollout() {
     if (!page.follows || !page.shown) set_text(by_id('shown-title'), `Run ${key.replace('/', ', roll-out ')} is being simulated once more ...`);
     return;
   }
-  page.shown_key = key;
+  // Without a result yet it is asked again: the server makes it anew.
+  const is_final = !data || data.status !== null;
+  page.shown_key = is_final ? key : null;
+  const text = is_final ? null : `${key} ${JSON.stringify(data)}`;
+  if (text && text === page.shown_text) return;
+  page.shown_text = text;
   if (!data || data.failure) {
     page.shown = null;
     motion.set(null);
@@ -329,14 +322,16 @@ let timer = null;
 let is_looking = false;
 
 async function look() {
-  const {data} = await get('/api/state');
-  if (!data) throw new Unreachable('no state');
+  page.refusal = null;
+  const {status, data} = await get('/api/state');
+  page.refusal = data ? null : refusals[status] || `The server answers with status ${status}.`;
+  if (!data) throw new Unreachable(page.refusal);
   if (page.incarnation !== data.incarnation) await begin_anew();
   page.failures_to_reach = 0;
   page.state = data;
   by_id('main').hidden = false;
   show_head();
-  alerts();
+  alerts(page);
   show_legend();
   show_tables();
   if (is_news('curves')) {
@@ -360,7 +355,7 @@ async function tick() {
     if (!(error instanceof Unreachable)) throw error;
     ++page.failures_to_reach;
     if (page.state) show_head();
-    alerts();
+    alerts(page);
   } finally {
     is_looking = false;
     const wait = page.failures_to_reach > 3 ? 2000 : kPeriod;

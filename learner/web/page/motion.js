@@ -14,14 +14,18 @@ function plots_of(trace) {
     .map((name) => ({name, column: names.indexOf(name), goal: names.indexOf(`goal_${name}`)}));
 }
 
-function bounds_of(poses) {
+/** A body, not links with joints. */
+const is_outline = (points) => points.length > 4 && points[0] === points[points.length - 2] && points[1] === points[points.length - 1];
+const is_missing = (points, i) => points[i] === null || points[i + 1] === null;
+
+/** Of links and joints; of bodies where there is nothing else. */
+function bounds_of(poses, with_outlines = false) {
   const box = {left: Infinity, right: -Infinity, low: Infinity, high: -Infinity};
   for (const pose of poses) {
     for (const points of pose) {
-      const is_outline = points.length > 4 && points[0] === points[points.length - 2] && points[1] === points[points.length - 1];
-      if (is_outline) continue;  // a body, not links with joints
+      if (is_outline(points) && !with_outlines) continue;
       for (let i = 0; i + 1 < points.length; i += 2) {
-        if (points[i] === null || points[i + 1] === null) continue;
+        if (is_missing(points, i)) continue;
         box.left = Math.min(box.left, points[i]);
         box.right = Math.max(box.right, points[i]);
         box.low = Math.min(box.low, points[i + 1]);
@@ -29,7 +33,7 @@ function bounds_of(poses) {
       }
     }
   }
-  return box;
+  return box.left === Infinity && !with_outlines ? bounds_of(poses, true) : box;
 }
 
 export class Motion {
@@ -63,8 +67,7 @@ export class Motion {
     this.trace = trace && trace.data.length > 1 && trace.data[0].length > 0 ? trace : null;
     this.canvas.hidden = !this.trace || trace.poses.length === 0;
     by_id('traces').hidden = by_id('motion-controls').hidden = !this.trace;
-    for (const {plot} of this.plots) plot.clear();
-    this.plots = [];
+    this.clear_plots();
     if (!this.trace) return;
     const times = trace.data[0];
     this.begin = times[0];
@@ -75,8 +78,14 @@ export class Motion {
     this.draw();
   }
 
+  clear_plots() {
+    for (const {plot} of this.plots) plot.clear();
+    this.plots = [];
+  }
+
   make_plots() {
     const {trace} = this;
+    this.clear_plots();
     const holder = by_id('traces');
     const wanted = plots_of(trace);
     holder.replaceChildren(...wanted.map(({column}) => make('div', {className: 'trace'}, make('h4', {textContent: trace.titles[column]}), make('div', {className: 'plot'}))));
@@ -168,7 +177,9 @@ export class Motion {
     const y = (value) => height / 2 - (value - (bounds.low + bounds.high) / 2) * scale;
     const path = (points) => {
       context.beginPath();
-      for (let i = 0; i + 1 < points.length; i += 2) context.lineTo(x(points[i]), y(points[i + 1]));
+      for (let i = 0; i + 1 < points.length; i += 2) {
+        if (!is_missing(points, i)) context.lineTo(x(points[i]), y(points[i + 1]));
+      }
       context.stroke();
     };
     context.lineCap = context.lineJoin = 'round';
@@ -196,9 +207,9 @@ export class Motion {
     context.strokeStyle = colour('ink');
     context.lineWidth = 1.5;
     for (const points of pose) {
-      const is_outline = points.length > 4 && points[0] === points[points.length - 2] && points[1] === points[points.length - 1];
-      if (is_outline) continue;  // a body, not links with joints
+      if (is_outline(points)) continue;
       for (let i = 0; i + 1 < points.length; i += 2) {
+        if (is_missing(points, i)) continue;
         context.beginPath();
         context.arc(x(points[i]), y(points[i + 1]), 3.5, 0, 2 * Math.PI);
         context.fill();

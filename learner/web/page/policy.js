@@ -167,7 +167,10 @@ export class PolicyPicture {
       }
       if (samples) {
         ctx.fillStyle = faint(colour('quiet'), .6);
-        samples[0].forEach((input, i) => ctx.fillRect(x(input) - ratio, y(samples[1 + output][i]) - ratio, 2 * ratio, 2 * ratio));
+        samples[0].forEach((input, i) => {
+          const value = samples[1 + output][i];
+          if (value !== null) ctx.fillRect(x(input) - ratio, y(value) - ratio, 2 * ratio, 2 * ratio);
+        });
       }
       ctx.restore();
     };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 
 #include "common/base/random_stream.h"
@@ -84,11 +85,13 @@ json noise_view(const Policy& policy, const Eigen::VectorXd& mean, const Eigen::
   const PolicySketch sketch = policy.sketch();
   const std::vector<double> inputs = spaced(sketch.input_low, sketch.input_high, kNoisePoints);
   view["inputs"] = inputs;
-  const Eigen::MatrixXd factor = explore::noise_factor(noise);
+  // What a run has come to after its last update it never draws from.
+  const std::optional<Eigen::MatrixXd> factor = explore::noise_factor_if_any(noise);
+  if (!factor) return view;
   for (std::uint32_t draw = 0; draw < kNumDraws; ++draw) {
     const RandomStream stream(0, 0, draw, RandomPurpose::kPerturbation);
     const Eigen::VectorXd theta =
-        explore::perturb(mean, factor, explore::normal_numbers(mean.size(), stream));
+        explore::perturb(mean, *factor, explore::normal_numbers(mean.size(), stream));
     try {
       const std::unique_ptr<Controller> controller = policy.with(theta)->controller();
       view["draws"].push_back(outputs_over(*controller, inputs, policy.output_dim()));

@@ -27,7 +27,7 @@ void RewardCurves::add(int repetition, int rollout, double reward, double best) 
       cells_[place * static_cast<std::size_t>(num_runs_) + static_cast<std::size_t>(repetition)];
   cell.sum += reward;
   ++cell.count;
-  cell.best = std::max(cell.best, static_cast<float>(best));
+  cell.best = std::max(cell.best, best);
   changed_[place] = true;
 }
 

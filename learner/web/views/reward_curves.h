@@ -35,7 +35,7 @@ class RewardCurves {
   struct Cell {
     double sum = 0;
     std::uint32_t count = 0;
-    float best = 0;
+    double best = 0;
   };
   Point point_of(std::size_t place) const;
 

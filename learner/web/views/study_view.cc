@@ -23,10 +23,11 @@ void append(std::string& text, const char* name, const std::vector<RewardCurves:
   for (const RewardCurves::Point& point : points) {
     if (!is_first) text += ',';
     is_first = false;
-    if (point.num_runs == 0) {
+    const double value = get(point);
+    if (point.num_runs == 0 || !std::isfinite(value)) {  // JSON has no word for these
       text += "null";
     } else {
-      fmt::format_to(std::back_inserter(text), "{:.5g}", get(point));
+      fmt::format_to(std::back_inserter(text), "{:.5g}", value);
     }
   }
   text += ']';
