@@ -24,6 +24,9 @@ namespace {
 namespace fs = std::filesystem;
 using transport::Channel;
 
+/// The results of a study, on a disk that is slow.
+constexpr std::chrono::hours kWritingMax{1};
+
 constexpr Duration kLastLook = std::chrono::milliseconds(1500);
 
 std::int64_t wall_time_us() {
@@ -82,6 +85,7 @@ void LearnerDaemon::run() {
     local_worker_.emplace(options_, loop_.now());
   }
   step(learner::RecoveryFinished{});
+  manager_.say_ready();
   loop_.run();
   if (failure_) std::rethrow_exception(failure_);
   if (core_->outcome() == learner::LearnerCore::Outcome::kFailed) {
@@ -130,6 +134,7 @@ void LearnerDaemon::stop(int signal) {
   if (is_stopping_) return loop_.stop();
   spdlog::warn("{}: waits for the roll-outs under way; once more ends at once", strsignal(signal));
   is_stopping_ = true;
+  manager_.say_stopping();
   step(learner::StopRequested{});
 }
 
@@ -230,6 +235,7 @@ void LearnerDaemon::send(const protocol::Message& message) {
   bus_->publish(message);
   if (const auto* status = std::get_if<protocol::LearnerStatus>(&message)) {
     progress_.show(*status, loop_.now());
+    manager_.say_status(how_far(*status));
     progress_.show(bus_->statistics(), loop_.now());
     if (page_) page_->study().note(*status, loop_.now());
   }
@@ -245,6 +251,7 @@ void LearnerDaemon::fail() {
 
 /// What is left to write, and the last acknowledgements.
 void LearnerDaemon::finish() {
+  manager_.say_busy_for(kWritingMax);
   on_disk([this] { journal_->sync(); });
   step(learner::SyncBegun{});
   step(learner::JournalSynced{});

@@ -8,6 +8,7 @@
 
 #include "common/transport/bus.h"
 #include "common/transport/loop.h"
+#include "common/transport/service_manager.h"
 #include "learner/app/local_worker.h"
 #include "learner/app/options.h"
 #include "learner/app/progress_line.h"
@@ -75,6 +76,7 @@ class LearnerDaemon : private learner::EffectHandler {
   void log(const LogLine& line) override;
 
   transport::Loop loop_;
+  transport::ServiceManager manager_{loop_};
   transport::Timer core_timer_{loop_, [this] { step(learner::TimerFired{}); }};
   transport::Timer sync_timer_{loop_, [this] { begin_sync(); }};
   transport::Timer restart_timer_{loop_, [this] { watch_local_worker(); }};
