@@ -79,9 +79,7 @@ Opened open_for_resuming(const LearnerOptions& options) {
 Opened open_new(const LearnerOptions& options) {
   Opened opened;
   opened.state.loaded = load_study(options.study_file, options.overrides);
-  opened.files.directory = options.state_dir.empty()
-                               ? fs::path("treeroll-runs") / opened.state.loaded.study.name
-                               : options.state_dir;
+  opened.files.directory = results_directory(options, opened.state.loaded.study.name);
   opened.files.journal = journal_of(opened.files.directory);
   return opened;
 }

@@ -52,10 +52,16 @@ struct Range {
 
 /// The layers that a study names.
 std::shared_ptr<const SplineLadder> read_ladder(SettingsReader& policy, int degree, Range range,
-                                                const std::vector<double>& otherwise) {
+                                                const std::vector<double>& otherwise,
+                                                std::string_view default_in_words) {
   const std::vector<double> sizes =
       policy.numbers("coefficients", {.min = 1, .max = SplineLadder::kSizeMax}, 1,
-                     SplineLadder::kLayersMax, otherwise);
+                     SplineLadder::kLayersMax, otherwise,
+                     {.meaning = "Of each output, layer by layer, coarse to fine: each has twice "
+                                 "the spans (coefficients - degree) of the one before",
+                      .otherwise = default_in_words,
+                      .rule = "each above degree, at most 256",
+                      .example = "[4, 5, 7, 11]"});
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     if (sizes[i] != std::floor(sizes[i])) policy.refuse("coefficients", "must hold integers");
     if (sizes[i] <= degree) {
@@ -90,7 +96,9 @@ int sufficient_size(SettingsReader& policy, int degree, Range range, const Eigen
 }
 
 int read_degree(SettingsReader& policy) {
-  return static_cast<int>(policy.integer("degree", 0, BSpline::kDegreeMax, 3));
+  return static_cast<int>(
+      policy.integer("degree", 0, BSpline::kDegreeMax, 3,
+                     {.meaning = "Of the polynomials that the spline is made of"}));
 }
 
 /// A demonstration of one input.
@@ -136,15 +144,19 @@ StartPolicy start_from(SettingsReader& policy, const StartSources& sources,
 
 StartPolicy constant_start(SettingsReader& policy, int degree) {
   constexpr std::size_t kOutputsMax = 32;
-  const std::vector<double> ends = policy.numbers("range", kAnyNumber, 2, 2);
+  const std::vector<double> ends = policy.numbers(
+      "range", kAnyNumber, 2, 2, {},
+      {.meaning = "The inputs that the spline is over, first and last", .example = "[0.0, 2.0]"});
   if (!(ends[0] < ends[1]) || !std::isfinite(ends[1] - ends[0])) {
     policy.refuse("range", "must begin before it ends");
   }
   const std::vector<double> values =
-      policy.numbers("values", {.min = -1e50, .max = 1e50}, 1, kOutputsMax, std::vector<double>{0});
+      policy.numbers("values", {.min = -1e50, .max = 1e50}, 1, kOutputsMax, std::vector<double>{0},
+                     {.meaning = "What each output begins with"});
   std::vector<double> otherwise;
   for (const double cubic : kLadder) otherwise.push_back(cubic - 3 + degree);
-  const auto ladder = read_ladder(policy, degree, {ends[0], ends[1]}, otherwise);
+  const auto ladder = read_ladder(policy, degree, {ends[0], ends[1]}, otherwise,
+                                  "[4, 5, 7, 11] of degree 3; of others as many spans");
   Eigen::MatrixXd coefficients(values.size(), ladder->finest().size());
   for (std::size_t o = 0; o < values.size(); ++o) {
     coefficients.row(static_cast<Eigen::Index>(o)).setConstant(values[o]);
@@ -177,19 +189,28 @@ Eigen::MatrixXd fit_spline(const BSpline& spline, const Eigen::MatrixXd& data) {
 }
 
 StartPolicy read_spline_start(SettingsReader& policy, const StartSources& sources) {
-  const bool is_constant = policy.choice("start", {"fit", "constant"}, "fit") == "constant";
+  const bool is_constant =
+      policy.choice(
+          "start", {"fit", "constant"}, "fit",
+          {.meaning =
+               "A fit to a demonstration, or one number for each output and no demonstration"}) ==
+      "constant";
   const int degree = read_degree(policy);
   if (is_constant) return constant_start(policy, degree);
   const Demonstration demonstration = read_curve(policy, sources);
   const Eigen::MatrixXd& data = demonstration.data;
   const Range range = range_of(data);
   std::shared_ptr<const SplineLadder> ladder;
-  if (!policy.has("coefficients") || policy.is_word("coefficients", "auto")) {
-    policy.string("coefficients", "auto");
+  if (!policy.has("coefficients") ||
+      policy.is_word("coefficients", "auto",
+                     {.meaning = "As few as meet the demonstration within a tenth of its rms"})) {
+    policy.string("coefficients", "auto",
+                  {.meaning = "\"auto\": as few as meet the demonstration within a tenth of its "
+                              "rms; or as many as a list of integers says"});
     const int size = sufficient_size(policy, degree, range, data);
     ladder = std::make_shared<SplineLadder>(BSpline(degree, size, range.low, range.high), 1);
   } else {
-    ladder = read_ladder(policy, degree, range, {});
+    ladder = read_ladder(policy, degree, range, {}, "\"auto\"");
   }
   Eigen::MatrixXd coefficients = fit_spline(ladder->finest(), data);
   return start_from(
@@ -207,8 +228,8 @@ StartPolicy read_correction_start(SettingsReader& policy, const StartSources& so
                               "take kind = \"spline\"",
                               data.cols(), kRecordedMax));
   }
-  const auto ladder =
-      read_ladder(policy, degree, range_of(data), {static_cast<double>(5 + degree)});
+  const auto ladder = read_ladder(policy, degree, range_of(data), {static_cast<double>(5 + degree)},
+                                  "[8] of degree 3; of others as many spans");
   try {
     const Eigen::RowVectorXd inputs = data.row(0);
     auto recorded = std::make_shared<RecordedCurve>(
