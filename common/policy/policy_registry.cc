@@ -42,6 +42,11 @@ void PolicyRegistry::set_start(std::string_view kind, StartReader start) {
   found->second.start = std::move(start);
 }
 
+void PolicyRegistry::add_choice(std::string name, StartReader start) {
+  CHECK(start, "a choice is read");
+  add(std::move(name), {}, std::move(start));
+}
+
 Result<PolicyPtr> PolicyRegistry::from_json(std::string_view text) const {
   try {
     return read(text);
@@ -65,7 +70,9 @@ PolicyPtr PolicyRegistry::read(std::string_view text) const {
     kind = value["kind"].get<std::string>();
   }
   const auto found = kinds_.find(kind);
-  if (found == kinds_.end()) throw PolicyTextError("$.kind", "must be one of: " + known());
+  if (found == kinds_.end() || !found->second.make) {
+    throw PolicyTextError("$.kind", "must be one of: " + known(true));
+  }
   for (const char* head : {"format", "version", "kind"}) value.erase(head);
   return found->second.make(PolicyText(value, "$"));
 }
@@ -75,14 +82,17 @@ StartPolicy PolicyRegistry::read_start(SettingsReader& policy, const StartSource
   const std::string kind =
       policy.has("kind") ? policy.string("kind") : std::string(kDefaultPolicyKind);
   const auto found = kinds_.find(kind);
-  if (found == kinds_.end()) policy.refuse("kind", "must be one of: " + known());
+  if (found == kinds_.end()) policy.refuse("kind", "must be one of: " + known(false));
   CHECK(found->second.start, "no way to start a policy of kind " + kind);
   return found->second.start(policy, sources);
 }
 
-std::string PolicyRegistry::known() const {
+std::string PolicyRegistry::known(bool of_texts) const {
   std::string names;
-  for (const auto& [name, kind] : kinds_) names += (names.empty() ? "" : ", ") + name;
+  for (const auto& [name, kind] : kinds_) {
+    if (of_texts && !kind.make) continue;
+    names += (names.empty() ? "" : ", ") + name;
+  }
   return names;
 }
 
