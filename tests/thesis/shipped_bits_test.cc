@@ -78,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(
         // clang-format off
         Promise{"hold", "4389daa6f2c63e1595446bb80aff87ac", "394a7c95f10847c4a82d78b60cd593a2"},
         Promise{"spiral", "b3ebb12a7494138220501d332d49e1c1", "cd913ca11cb876c36da793391acf4d1a"},
-        Promise{"swing_up", "b4fd06af2e6aafccbe618f41643a4ae5", "0e4cc72ce2a31003b5203c3b2f61b393", true},
+        Promise{"swing_up", "01e01b44e57cc8016c899be90e3d59c9", "88cd08e9dd46df59a71657f5a6d7f3d1", true},
         Promise{"swing_up_rules", "b238e460f1863bb64ec69cca2da11ec7", "3afdff4a317c3def67c524e30497e702"},
         Promise{"swing_up_and_hold", "37aaaf9d1ef3a8e8ded78b755ffd6a12", "61243f0831ac6f9a2048d5f01a2f0941"},
         Promise{"thesis_4_1", "000094bce98416a285745577ef054c53", "cbfc347c64d03776c6c3511a7ec47cd2"},
