@@ -1,9 +1,6 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <string>
 
@@ -28,6 +25,10 @@ struct Fitted {
   double relative_error;  ///< relative_rms() of its outputs
 };
 
+/// Throws FitError: how close the best of them came, or why there is none.
+[[noreturn]] void refuse_sizes(int most, const char* what, double least,
+                               const std::string& refusal);
+
 /// The fit of the smallest size that comes within kSufficientError of the demonstration. A size
 /// that has no fit is passed over. Throws FitError where none is close enough.
 /// @param what  sizes count: "components"
@@ -46,11 +47,7 @@ auto smallest_sufficient(const SizeRange& sizes, const char* what, const Fit& fi
       refusal = error.what();
     }
   }
-  throw FitError(
-      fmt::format("of up to {} {} none come within {} of the outputs' rms, {}: say how many there "
-                  "are to be",
-                  sizes.most, what, kSufficientError,
-                  std::isfinite(least) ? fmt::format("the best within {:.2g}", least) : refusal));
+  refuse_sizes(sizes.most, what, least, refusal);
 }
 
 }  // namespace treeroll
