@@ -3,7 +3,7 @@
 #include "common/program/program.h"
 #include "common/protocol/limits.h"
 #include "common/transport/bus.h"
-#include "learner/app/daemon.h"
+#include "learner/app/learn.h"
 #include "learner/worker_program/process.h"
 
 namespace treeroll {

@@ -23,6 +23,10 @@ Duration period(bool in_place, double elapsed_s) {
 
 constexpr Duration kWarningPeriod = std::chrono::seconds(5);
 
+double share_of(std::int64_t num_done, std::int64_t num_in_all) {
+  return num_in_all > 0 ? static_cast<double>(num_done) / static_cast<double>(num_in_all) : 0;
+}
+
 std::string bar(double share) {
   constexpr int kWidth = 20;
   const auto full = static_cast<std::size_t>(std::clamp(share, 0., 1.) * kWidth);
@@ -52,6 +56,18 @@ std::string as_rate(double per_s) {
 
 }  // namespace
 
+std::string how_far(const protocol::LearnerStatus& status) {
+  const std::int64_t num_done = status.num_applied + status.num_evaluated;
+  const std::int64_t num_in_all = status.num_rollouts + status.num_evaluations;
+  return fmt::format(
+      "{} of {} roll-outs ({:.0f} %), {} of {} runs done, {}; {} workers with {} evaluators",
+      num_done, num_in_all, 100. * share_of(num_done, num_in_all), status.num_runs_done,
+      status.num_runs,
+      status.best_reward > 0 ? "best " + shown_reward(status.best_reward)
+                             : "no positive reward yet",
+      status.num_workers, status.num_evaluators);
+}
+
 ProgressLine::ProgressLine() : in_place_(has_status_line()) {}
 
 ProgressLine::~ProgressLine() {
@@ -75,14 +91,8 @@ void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
   last_shown_ = now;
   const std::string failed = failures(status);
   if (num_done == 0 && failed.empty()) return;  // the warning above says why
-  const double share = static_cast<double>(num_done) / static_cast<double>(num_in_all);
-  const std::string text = fmt::format(
-      "{} of {} roll-outs ({:.0f} %), {} of {} runs done, {}; {} workers with {} evaluators{}{}",
-      num_done, num_in_all, 100. * share, status.num_runs_done, status.num_runs,
-      status.best_reward > 0 ? "best " + shown_reward(status.best_reward)
-                             : "no positive reward yet",
-      status.num_workers, status.num_evaluators, pace(num_in_all - num_done), failed);
-  if (in_place_) return show_status_line(bar(share) + text);
+  const std::string text = how_far(status) + pace(num_in_all - num_done) + failed;
+  if (in_place_) return show_status_line(bar(share_of(num_done, num_in_all)) + text);
   spdlog::info("{}", text);
 }
 

@@ -36,8 +36,12 @@ class Candidates {
   Candidates(const Ledger& ledger, WorkerTable& workers, const DispatchFacts& facts)
       : now_(facts.now), rollout_time_s_(facts.rollout_time_s) {
     seats_.reserve(workers.all().size());
+    // Both are in the order of their ids: thousands of workers are walked, not looked for.
+    auto share = ledger.shares().begin();
     for (auto& [id, worker] : workers.all()) {
-      seats_.push_back({&worker, num_out(ledger, id)});
+      while (share != ledger.shares().end() && share->first < id) ++share;
+      const bool has_some = share != ledger.shares().end() && share->first == id;
+      seats_.push_back({&worker, has_some ? share->second.size() : 0});
       put(seats_.back());
     }
   }
@@ -143,7 +147,7 @@ Duration lease_duration(const WorkerEntry& worker, std::size_t num_leased, doubl
 }
 
 std::size_t num_out(const Ledger& ledger, protocol::WorkerId worker) {
-  return ledger.leases_of(worker).size() + ledger.copies_at(worker).size();
+  return ledger.share_of(worker).size();
 }
 
 std::vector<Ledger::Assignment> assign(const Ledger& ledger, WorkerTable& workers,

@@ -52,6 +52,15 @@ void Ledger::draw(RolloutKey key, Question question) {
   if (key.number >= 0 && is_first_trial) ++counters.issued;
 }
 
+/// Of a worker that has something, perhaps for the last time.
+template <class Change>
+void Ledger::change_share(protocol::WorkerId worker, const Change& change) {
+  const auto found = shares_.find(worker);
+  if (found == shares_.end()) return;
+  change(found->second);
+  if (found->second.size() == 0) shares_.erase(found);
+}
+
 std::vector<protocol::RolloutRequest> Ledger::lease(TimePoint now,
                                                     const std::vector<Assignment>& chosen) {
   std::vector<protocol::RolloutRequest> requests;
@@ -85,7 +94,7 @@ protocol::RolloutRequest Ledger::add_lease(TimePoint now, RolloutKey key, Entry&
       {.worker = worker, .batch = 0, .issued_at = now, .deadline = deadline, .confirmed = false});
   entry.last_worker = worker;
   deadlines_.emplace(deadline, key, worker);
-  leases_[worker].insert(key);
+  shares_[worker].leases.insert(key);
 
   protocol::RolloutRequest request;
   request.worker_id = worker;
@@ -140,7 +149,7 @@ void Ledger::take_back_lost(RolloutKey key, protocol::WorkerId worker) {
 void Ledger::take_back_all(protocol::WorkerId worker) {
   const std::set<RolloutKey> leases = leases_of(worker);
   for (const RolloutKey key : leases) take_back(key, worker);
-  copies_.erase(worker);
+  change_share(worker, [](Share& share) { share.copies.clear(); });
 }
 
 void Ledger::take_back_unconfirmed(protocol::WorkerId worker) {
@@ -165,17 +174,15 @@ std::optional<TimePoint> Ledger::next_deadline() const {
   return std::get<TimePoint>(*deadlines_.begin());
 }
 
-const std::set<RolloutKey>& Ledger::leases_of(protocol::WorkerId worker) const {
-  static const std::set<RolloutKey> kNone;
-  const auto found = leases_.find(worker);
-  return found == leases_.end() ? kNone : found->second;
+const Ledger::Share& Ledger::share_of(protocol::WorkerId worker) const {
+  static const Share kNone;
+  const auto found = shares_.find(worker);
+  return found == shares_.end() ? kNone : found->second;
 }
 
 void Ledger::drop_from_indices(RolloutKey key, const Lease& lease) {
   deadlines_.erase({lease.deadline, key, lease.worker});
-  const auto of_worker = leases_.find(lease.worker);
-  of_worker->second.erase(key);
-  if (of_worker->second.empty()) leases_.erase(of_worker);
+  change_share(lease.worker, [key](Share& share) { share.leases.erase(key); });
 }
 
 const Ledger::Entry* Ledger::find(RolloutKey key) const {
@@ -191,23 +198,14 @@ Ledger::Entry Ledger::close(RolloutKey key, protocol::WorkerId from) {
   if (entry.leases.empty()) ready_.erase(std::find(ready_.begin(), ready_.end(), key));
   for (const Lease& lease : entry.leases) {
     drop_from_indices(key, lease);
-    if (lease.worker != from) copies_[lease.worker].emplace(key, lease.batch);
+    if (lease.worker != from) shares_[lease.worker].copies.emplace(key, lease.batch);
   }
   entries_.erase(found);
   return entry;
 }
 
-const std::map<RolloutKey, std::int64_t>& Ledger::copies_at(protocol::WorkerId worker) const {
-  static const std::map<RolloutKey, std::int64_t> kNone;
-  const auto found = copies_.find(worker);
-  return found == copies_.end() ? kNone : found->second;
-}
-
 void Ledger::forget_copy(RolloutKey key, protocol::WorkerId worker) {
-  const auto found = copies_.find(worker);
-  if (found == copies_.end()) return;
-  found->second.erase(key);
-  if (found->second.empty()) copies_.erase(found);
+  change_share(worker, [key](Share& share) { share.copies.erase(key); });
 }
 
 }  // namespace treeroll::learner

@@ -97,17 +97,29 @@ class Ledger {
   std::vector<Expired> expire(TimePoint now);
   std::optional<TimePoint> next_deadline() const;
 
-  /// What is leased to this worker. Valid until the next change of the ledger.
-  const std::set<protocol::RolloutKey>& leases_of(protocol::WorkerId worker) const;
+  /// What a worker has of ours, as far as is known.
+  struct Share {
+    std::set<protocol::RolloutKey> leases;
+    /// What it may be busy with although it has been answered: key, and the batch that asked.
+    std::map<protocol::RolloutKey, std::int64_t> copies;
+
+    std::size_t size() const { return leases.size() + copies.size(); }
+  };
+  /// Of those who have something. Valid until the next change of the ledger, as what follows is.
+  const std::map<protocol::WorkerId, Share>& shares() const { return shares_; }
+  const Share& share_of(protocol::WorkerId worker) const;
+  const std::set<protocol::RolloutKey>& leases_of(protocol::WorkerId worker) const {
+    return share_of(worker).leases;
+  }
+  const std::map<protocol::RolloutKey, std::int64_t>& copies_at(protocol::WorkerId worker) const {
+    return share_of(worker).copies;
+  }
   /// The open question of a key, or nothing.
   const Entry* find(protocol::RolloutKey key) const;
   /// An answer has been accepted: the entry goes. Precondition: find(key).
   /// @param from  whose answer it was: another worker that has a lease keeps a copy
   Entry close(protocol::RolloutKey key, protocol::WorkerId from = 0);
 
-  /// What this worker may be busy with although it has been answered: key, and the batch that
-  /// asked.
-  const std::map<protocol::RolloutKey, std::int64_t>& copies_at(protocol::WorkerId worker) const;
   void forget_copy(protocol::RolloutKey key, protocol::WorkerId worker);
 
   std::size_t num_leased() const { return entries_.size() - ready_.size(); }
@@ -119,14 +131,15 @@ class Ledger {
   protocol::RolloutRequest add_lease(TimePoint now, protocol::RolloutKey key, Entry& entry,
                                      protocol::WorkerId worker, TimePoint deadline);
   void drop_from_indices(protocol::RolloutKey key, const Lease& lease);
+  template <class Change>
+  void change_share(protocol::WorkerId worker, const Change& change);
 
   std::map<protocol::RolloutKey, Entry> entries_;
   std::deque<protocol::RolloutKey> ready_;
   // The leases of entries_ once more, in the order of their deadlines and by worker: timers and
   // heartbeats come often, and no walk over all that is open is made for one.
   std::set<std::tuple<TimePoint, protocol::RolloutKey, protocol::WorkerId>> deadlines_;
-  std::map<protocol::WorkerId, std::set<protocol::RolloutKey>> leases_;
-  std::map<protocol::WorkerId, std::map<protocol::RolloutKey, std::int64_t>> copies_;
+  std::map<protocol::WorkerId, Share> shares_;
 };
 
 }  // namespace treeroll::learner

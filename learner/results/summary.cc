@@ -36,13 +36,13 @@ bool rewards_differ_for_one_policy(const Runs& runs) {
 }
 
 /// Where one reward is luck, the start's is the mean over the runs, and a best roll-out says
-/// nothing.
+/// nothing. A start that failed in every run is worth what it was learnt from with: 0.
 void compare_with_start(const Runs& runs, ConditionSummary& summary) {
   for (const RunRecord* run : runs) {
     if (!run->start || run->start->is_discarded() || !run->final_reward) continue;
     ++summary.num_compared;
     const double start =
-        summary.is_deterministic ? run->start->reward() : *summary.mean_start_reward;
+        summary.is_deterministic ? run->start->reward() : summary.mean_start_reward.value_or(0);
     const bool best_is_better = summary.is_deterministic && run->best_reward > start;
     if (!best_is_better && *run->final_reward <= start) ++summary.num_not_beating_start;
   }

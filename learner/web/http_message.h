@@ -14,6 +14,8 @@ struct HttpRequest {
   std::string path;                            ///< "/api/state", percent signs decoded
   std::map<std::string, std::string> query;    ///< decoded; of a name that is repeated the last
   std::map<std::string, std::string> headers;  ///< names in lower case
+  bool is_head = false;
+  bool keeps_alive = false;  ///< wants to ask again over this connection
 };
 
 struct HttpResponse {

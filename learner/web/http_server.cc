@@ -7,8 +7,6 @@
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/beast/http/empty_body.hpp>
-#include <boost/beast/http/parser.hpp>
 #include <ctime>
 #include <deque>
 #include <optional>
@@ -16,10 +14,10 @@
 #include <utility>
 
 #include "common/base/config_error.h"
+#include "learner/web/http_text.h"
 
 namespace treeroll::web {
 namespace asio = boost::asio;
-namespace http = boost::beast::http;
 using asio::ip::tcp;
 using boost::system::error_code;
 
@@ -34,31 +32,10 @@ constexpr Duration kLookPeriod = std::chrono::milliseconds(500);
 /// What the loop does around each call of ours.
 constexpr Duration kUncounted = std::chrono::microseconds(10);
 
-/// For every response. Nothing comes from elsewhere, and nobody else may frame or read it.
-constexpr const char* kHeaders =
-    "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; "
-    "connect-src 'self'; img-src 'self' data:; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'none'\r\n"
-    "X-Content-Type-Options: nosniff\r\n"
-    "Referrer-Policy: no-referrer\r\n"
-    "Cross-Origin-Resource-Policy: same-origin\r\n"
-    "Cache-Control: no-cache\r\n";
-
 Duration thread_time() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
   return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
-}
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char letter) { return std::tolower(letter); });
-  return text;
-}
-
-std::string_view reason_of(int status) {
-  return {http::obsolete_reason(static_cast<http::status>(status)).data(),
-          http::obsolete_reason(static_cast<http::status>(status)).size()};
 }
 
 }  // namespace
@@ -68,13 +45,10 @@ struct Connection {
   explicit Connection(tcp::socket opened, TimePoint now)
       : socket(std::move(opened)), active_at(now), deadline(now) {}
 
-  using Parser = http::request_parser<http::empty_body>;
-
   tcp::socket socket;
   TimePoint active_at;  ///< last accepted, read from or written to
   TimePoint deadline;
-  std::string input;             ///< of requests that are not read yet
-  std::optional<Parser> parser;  ///< of the request that is being read
+  std::string input;  ///< of requests that are not read yet
   bool keeps_alive = false;
   std::string head;  ///< of the response that is being written
   std::shared_ptr<const std::string> body;
@@ -189,9 +163,6 @@ struct HttpServer::Implementation {
 
   void expect_request(const std::shared_ptr<Connection>& connection) {
     connection->is_writing = false;
-    connection->parser.emplace();
-    connection->parser->header_limit(static_cast<std::uint32_t>(limits.request_bytes_max));
-    connection->parser->body_limit(0);
     connection->deadline = loop.now() + limits.idle;
     if (!connection->input.empty()) return in_turn([this, connection] { parse(connection); });
     await_bytes(connection);
@@ -216,44 +187,13 @@ struct HttpServer::Implementation {
 
   void parse(const std::shared_ptr<Connection>& connection) {
     if (!connection->socket.is_open()) return;
-    // Whole headers or nothing: what is there is parsed once more with each part that comes, at
-    // most request_bytes_max of it.
-    std::string& input = connection->input;
-    const std::size_t end_of_head = input.find("\r\n\r\n");
-    if (end_of_head == std::string::npos) {
-      if (input.size() <= limits.request_bytes_max) return await_bytes(connection);
-      return refuse(connection, plain(431, "the request is too long"));
-    }
-    error_code error;
-    Connection::Parser& parser = *connection->parser;
-    const std::size_t used = parser.put(asio::buffer(input.data(), end_of_head + 4), error);
-    if (error == http::error::header_limit) {
-      return refuse(connection, plain(431, "the request is too long"));
-    }
-    if (error || !parser.is_header_done()) {
-      return refuse(connection, plain(400, "this is no request of HTTP"));
-    }
-    if (!parser.is_done()) return refuse(connection, plain(413, "a request has no body here"));
-    input.erase(0, used);
+    ReadRequest read = read_request(connection->input, limits.request_bytes_max);
+    if (std::holds_alternative<RequestIsNotWhole>(read)) return await_bytes(connection);
+    if (const auto* refusal = std::get_if<HttpResponse>(&read)) return refuse(connection, *refusal);
+    const HttpRequest& request = std::get<HttpRequest>(read);
     ++num_requests;
-    const auto& message = parser.get();
-    connection->keeps_alive = message.keep_alive();
-    const bool is_head = message.method() == http::verb::head;
-    if (message.method() != http::verb::get && !is_head) {
-      HttpResponse response = plain(405, "only GET and HEAD are answered");
-      response.headers = {{"Allow", "GET, HEAD"}};
-      return refuse(connection, response);
-    }
-    HttpRequest request;
-    for (const auto& field : message) {
-      std::string& value = request.headers[lower(std::string(field.name_string()))];
-      if (!value.empty()) value += ", ";  // repeated: no single Host, say
-      value += std::string(field.value());
-    }
-    if (!read_target(std::string(message.target()), request)) {
-      return refuse(connection, plain(400, "this is no address of a page"));
-    }
-    respond(connection, answer(request), is_head);
+    connection->keeps_alive = request.keeps_alive;
+    respond(connection, answer(request), request.is_head);
   }
 
   HttpResponse answer(const HttpRequest& request) const {
@@ -280,19 +220,7 @@ struct HttpServer::Implementation {
 
   void respond(const std::shared_ptr<Connection>& connection, const HttpResponse& response,
                bool is_head) {
-    connection->head =
-        fmt::format("HTTP/1.1 {} {}\r\n{}", response.status, reason_of(response.status), kHeaders);
-    const auto add = [&](const std::string& name, const std::string& value) {
-      connection->head += fmt::format("{}: {}\r\n", name, value);
-    };
-    if (response.status != 304) {
-      add("Content-Type", response.type);
-      add("Content-Length", std::to_string(response.body->size()));
-    }
-    if (!response.etag.empty()) add("ETag", response.etag);
-    for (const auto& [name, value] : response.headers) add(name, value);
-    add("Connection", connection->keeps_alive ? "keep-alive" : "close");
-    connection->head += "\r\n";
+    connection->head = head_of(response, connection->keeps_alive);
     connection->body = is_head ? std::make_shared<const std::string>() : response.body;
     connection->written = 0;
     connection->is_writing = true;

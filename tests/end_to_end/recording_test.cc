@@ -163,7 +163,8 @@ TEST(RecordingTest, ALogThatIsPlayedIntoTheGroupChangesNothing) {
     std::printf("  speed %2d: %.2f s\n", speed, time_s[speed]);
     EXPECT_EQ(learnt[speed].rollouts_csv, learnt[0].rollouts_csv);
     EXPECT_EQ(learnt[speed].runs_csv, learnt[0].runs_csv);
-    EXPECT_LE(time_s[speed], 2 * time_s[0]) << learnt[speed].log;  // was as long as the playback
+    // Once it was as long as the playback. One lease that runs out on a busy machine is not that.
+    EXPECT_LE(time_s[speed], 2 * time_s[0] + 4) << learnt[speed].log;
     EXPECT_THAT(learnt[speed].log, testing::Not(testing::HasSubstr("2 workers")));
   }
 }

@@ -57,9 +57,13 @@ WorkerDaemon::~WorkerDaemon() {
 }
 
 int WorkerDaemon::run() {
-  loop_.on_signals(stop_signals(), [this](int) { post(DrainRequested{}); });
+  loop_.on_signals(stop_signals(), [this](int) {
+    manager_.say_stopping();
+    post(DrainRequested{});
+  });
   loop_.on_signals({SIGCHLD}, [this](int) { collect_ended(); });
   post(Started{});
+  manager_.say_ready();
   if (!exit_status_) loop_.run();
   return *exit_status_;
 }

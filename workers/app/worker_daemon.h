@@ -11,6 +11,7 @@
 #include "common/transport/bus.h"
 #include "common/transport/bus_trouble.h"
 #include "common/transport/loop.h"
+#include "common/transport/service_manager.h"
 #include "workers/app/evaluator_process.h"
 #include "workers/core/worker_core.h"
 
@@ -64,6 +65,7 @@ class WorkerDaemon {
   void complain(std::string_view kind, std::string text);
 
   transport::Loop loop_;
+  transport::ServiceManager manager_{loop_};
   transport::Timer timer_{loop_, [this] { post(TimerFired{}); }};
   std::unique_ptr<transport::Bus> bus_;
   EvaluatorSettings evaluators_;

@@ -67,8 +67,12 @@ Result<std::unique_ptr<RelayDaemon>> RelayDaemon::open(const std::string& url_ab
 }
 
 int RelayDaemon::run() {
-  loop_.on_signals(stop_signals(), [this](int) { step(DrainRequested{}); });
+  loop_.on_signals(stop_signals(), [this](int) {
+    manager_.say_stopping();
+    step(DrainRequested{});
+  });
   step(Started{});
+  manager_.say_ready();
   if (!exit_status_) loop_.run();
   return *exit_status_;
 }

@@ -10,6 +10,7 @@
 #include "common/transport/bus.h"
 #include "common/transport/bus_trouble.h"
 #include "common/transport/loop.h"
+#include "common/transport/service_manager.h"
 #include "workers/relay/relay_core.h"
 
 namespace treeroll::relay {
@@ -39,6 +40,7 @@ class RelayDaemon {
   void perform(const Exit& effect);
 
   transport::Loop loop_;
+  transport::ServiceManager manager_{loop_};
   transport::Timer timer_{loop_, [this] { step(TimerFired{}); }};
   std::unique_ptr<transport::Bus> above_;
   std::unique_ptr<transport::Bus> below_;
