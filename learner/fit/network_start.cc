@@ -25,7 +25,7 @@ namespace {
 constexpr int kStartsMax = 20;
 /// Products that a step of all starts together sums up: half a minute of a processor.
 constexpr double kProductsMax = 2e8;
-/// A network that meets the curve does not do so by units that cancel one another.
+/// Almost to the end, as far as the figures of learner/explore were measured from.
 constexpr RegressionSettings kToTheEnd{.stop_relative_error = .002};
 
 /// A network whose outputs meet the data.
