@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <cmath>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "common/base/config_error.h"
+#include "common/base/number_rule_text.h"
+#include "common/base/settings_record.h"
 
 namespace treeroll {
 namespace {
@@ -28,24 +30,11 @@ std::string shown(const json& value) {
   return text;
 }
 
-std::string rule_text(NumberRule rule) {
-  const bool has_min = rule.min != kAnyNumber.min;
-  const bool has_max = rule.max != kAnyNumber.max;
-  std::string text = "must be a finite number";
-  if (has_min) text += fmt::format(" {} {}", rule.min_allowed ? "of at least" : "above", rule.min);
-  if (has_max) text += fmt::format("{} at most {}", has_min ? " and" : " of", rule.max);
-  return text;
-}
-
-bool obeys(double number, NumberRule rule) {
-  return std::isfinite(number) && number <= rule.max &&
-         (rule.min_allowed ? number >= rule.min : number > rule.min);
-}
-
 }  // namespace
 
-SettingsReader::SettingsReader(const json& table, std::string path, json& resolved)
-    : table_(&table), path_(std::move(path)), resolved_(&resolved) {
+SettingsReader::SettingsReader(const json& table, std::string path, json& resolved,
+                               SettingsRecord* record)
+    : table_(&table), path_(std::move(path)), resolved_(&resolved), record_(record) {
   if (!table.is_object()) throw ConfigError(path_, shown(table), "must be a table");
   if (!resolved_->is_object()) *resolved_ = json::object();
 }
@@ -61,11 +50,36 @@ const json* SettingsReader::find(std::string_view key) {
 }
 
 bool SettingsReader::has(std::string_view key) const {
+  if (record_) {
+    record_->asked_whether_there.push_back(full(key));
+    if (record_->present.contains(full(key))) return true;
+  }
   return table_->find(std::string(key)) != table_->end();
 }
 
-void SettingsReader::require(std::string_view key, bool has_fallback) const {
-  if (!has_fallback) throw ConfigError(full(key), "", "is required and missing");
+const json* SettingsReader::value_of(std::string_view key, bool has_fallback, const KeyHelp& help,
+                                     const std::function<KeyNote()>& note) {
+  const json* value = find(key);
+  if (!record_) {
+    if (!value && !has_fallback) throw ConfigError(full(key), "", "is required and missing");
+    return value;
+  }
+  KeyNote noted = note();
+  noted.key = full(key);
+  const std::string fallback = noted.otherwise;
+  if (!help.unit.empty()) noted.type += fmt::format(" in {}", help.unit);
+  if (!help.rule.empty()) noted.rule = help.rule;
+  if (!help.otherwise.empty()) noted.otherwise = help.otherwise;
+  noted.meaning = help.meaning;
+  const json example =
+      help.example.empty() ? json::parse(noted.example) : json::parse(help.example);
+  noted.example = help.example;
+  if (!value && (!has_fallback || record_->present.contains(noted.key))) {
+    value = record_->examples.emplace_back(std::make_shared<const json>(example)).get();
+  }
+  record_->answers.push_back(value ? value->dump() : fallback);
+  record_->notes.push_back(std::move(noted));
+  return value;
 }
 
 void SettingsReader::refuse(std::string_view key, const std::string& rule) const {
@@ -73,10 +87,17 @@ void SettingsReader::refuse(std::string_view key, const std::string& rule) const
   throw ConfigError(full(key), found == table_->end() ? "" : shown(*found), rule);
 }
 
-double SettingsReader::number(std::string_view key, NumberRule rule,
-                              std::optional<double> fallback) {
-  const json* value = find(key);
-  if (!value) require(key, fallback.has_value());
+double SettingsReader::number(std::string_view key, NumberRule rule, std::optional<double> fallback,
+                              const KeyHelp& help) {
+  const json* value = value_of(key, fallback.has_value(), help, [&] {
+    return KeyNote{.key = {},
+                   .type = "number",
+                   .rule = bounds_text(rule),
+                   .otherwise = default_text(fallback),
+                   .meaning = {},
+                   .example = example_number(rule),
+                   .words = {}};
+  });
   if (value && (!value->is_number() || !obeys(value->get<double>(), rule))) {
     refuse(key, rule_text(rule));
   }
@@ -85,14 +106,26 @@ double SettingsReader::number(std::string_view key, NumberRule rule,
   return number;
 }
 
-std::optional<double> SettingsReader::optional_number(std::string_view key, NumberRule rule) {
-  return find(key) ? std::optional(number(key, rule)) : std::nullopt;
+std::optional<double> SettingsReader::optional_number(std::string_view key, NumberRule rule,
+                                                      const KeyHelp& help) {
+  if (!record_) return find(key) ? std::optional(number(key, rule)) : std::nullopt;
+  KeyHelp of_optional = help;
+  if (help.otherwise.empty()) of_optional.otherwise = "none";
+  const double noted = number(key, rule, {}, of_optional);
+  return find(key) || record_->present.contains(full(key)) ? std::optional(noted) : std::nullopt;
 }
 
 std::int64_t SettingsReader::integer(std::string_view key, std::int64_t min, std::int64_t max,
-                                     std::optional<std::int64_t> fallback) {
-  const json* value = find(key);
-  if (!value) require(key, fallback.has_value());
+                                     std::optional<std::int64_t> fallback, const KeyHelp& help) {
+  const json* value = value_of(key, fallback.has_value(), help, [&] {
+    return KeyNote{.key = {},
+                   .type = "integer",
+                   .rule = fmt::format("{} to {}", min, max),
+                   .otherwise = default_text(fallback),
+                   .meaning = {},
+                   .example = json(std::clamp<std::int64_t>(1, min, max)).dump(),
+                   .words = {}};
+  });
   // An unsigned number past the signed range would come out negative: it is refused as too large.
   const bool too_large = value && value->is_number_unsigned() &&
                          value->get<std::uint64_t>() >
@@ -106,126 +139,90 @@ std::int64_t SettingsReader::integer(std::string_view key, std::int64_t min, std
   return number;
 }
 
-bool SettingsReader::boolean(std::string_view key, std::optional<bool> fallback) {
-  const json* value = find(key);
-  if (!value) require(key, fallback.has_value());
+bool SettingsReader::boolean(std::string_view key, std::optional<bool> fallback,
+                             const KeyHelp& help) {
+  const json* value = value_of(key, fallback.has_value(), help, [&] {
+    return KeyNote{.key = {},
+                   .type = "true or false",
+                   .rule = {},
+                   .otherwise = default_text(fallback),
+                   .meaning = {},
+                   .example = "true",
+                   .words = {"false", "true"}};
+  });
   if (value && !value->is_boolean()) refuse(key, "must be true or false");
   const bool flag = value ? value->get<bool>() : *fallback;
   (*resolved_)[std::string(key)] = flag;
   return flag;
 }
 
-std::string SettingsReader::string(std::string_view key, std::optional<std::string> fallback) {
-  const json* value = find(key);
-  if (!value) require(key, fallback.has_value());
+std::string SettingsReader::string(std::string_view key, std::optional<std::string> fallback,
+                                   const KeyHelp& help) {
+  const json* value = value_of(key, fallback.has_value(), help, [&] {
+    return KeyNote{.key = {},
+                   .type = "text",
+                   .rule = {},
+                   .otherwise = default_text(fallback),
+                   .meaning = {},
+                   .example = json(key).dump(),
+                   .words = {}};
+  });
+  return text_of(key, value, fallback);
+}
+
+std::string SettingsReader::text_of(std::string_view key, const json* value,
+                                    const std::optional<std::string>& fallback) {
   if (value && !value->is_string()) refuse(key, "must be a string");
   std::string text = value ? value->get<std::string>() : *fallback;
   (*resolved_)[std::string(key)] = text;
   return text;
 }
 
-bool SettingsReader::is_word(std::string_view key, std::string_view word) {
+bool SettingsReader::is_word(std::string_view key, std::string_view word, const KeyHelp& help) {
+  if (record_) record_->asked_for_word.emplace_back(full(key), json(word).dump());
   const auto found = table_->find(std::string(key));
   if (found == table_->end() || !found->is_string() || *found != word) return false;
-  string(key);
+  text_of(key,
+          value_of(key, false, help,
+                   [&] {
+                     return KeyNote{.key = {},
+                                    .type = json(word).dump(),
+                                    .rule = {},
+                                    .otherwise = "none",
+                                    .meaning = {},
+                                    .example = json(word).dump(),
+                                    .words = {}};
+                   }),
+          {});
   return true;
 }
 
 std::string SettingsReader::choice(std::string_view key, const std::vector<std::string_view>& words,
-                                   std::optional<std::string> fallback) {
-  std::string word = string(key, std::move(fallback));
+                                   std::optional<std::string> fallback, const KeyHelp& help) {
+  std::vector<std::string> quoted;
+  if (record_) {
+    for (const std::string_view word : words) quoted.push_back(json(word).dump());
+  }
+  const json* value = value_of(key, fallback.has_value(), help, [&] {
+    return KeyNote{.key = {},
+                   .type = fmt::format("{}", fmt::join(quoted, " or ")),
+                   .rule = {},
+                   .otherwise = default_text(fallback),
+                   .meaning = {},
+                   .example = quoted.front(),
+                   .words = quoted};
+  });
+  std::string word = text_of(key, value, fallback);
   for (const std::string_view allowed : words) {
     if (word == allowed) return word;
   }
   refuse(key, fmt::format("must be one of: {}", fmt::join(words, ", ")));
 }
 
-std::vector<double> SettingsReader::numbers(std::string_view key, NumberRule rule,
-                                            std::size_t min_size, std::size_t max_size,
-                                            std::optional<std::vector<double>> fallback) {
-  const json* value = find(key);
-  if (!value) require(key, fallback.has_value());
-  std::vector<double> list;
-  if (value) {
-    if (!value->is_array()) refuse(key, "must be a list of numbers");
-    for (const json& element : *value) {
-      if (!element.is_number() || !obeys(element.get<double>(), rule)) {
-        refuse(key, fmt::format("each number of the list {}", rule_text(rule)));
-      }
-      list.push_back(element.get<double>());
-    }
-  } else {
-    list = *fallback;
-  }
-  if (list.size() < min_size || list.size() > max_size) {
-    refuse(key, min_size == max_size
-                    ? fmt::format("must hold {} numbers", min_size)
-                    : fmt::format("must hold from {} to {} numbers", min_size, max_size));
-  }
-  (*resolved_)[std::string(key)] = list;
-  return list;
-}
-
-std::vector<std::vector<double>> SettingsReader::rows(
-    std::string_view key, NumberRule rule, std::size_t rows_max, std::size_t size_min,
-    std::size_t size_max, std::optional<std::vector<std::vector<double>>> fallback) {
-  const json* value = find(key);
-  if (!value) require(key, fallback.has_value());
-  std::vector<std::vector<double>> rows;
-  if (value) {
-    if (!value->is_array() || value->empty()) refuse(key, "must be a list of lists of numbers");
-    const bool is_flat = value->front().is_number();
-    if (is_flat && size_min > 1) rows.emplace_back();
-    for (const json& element : *value) {
-      if (element.is_number() != is_flat || !(is_flat || element.is_array())) {
-        refuse(key, "must be a list of lists of numbers");
-      }
-      if (!is_flat || size_min == 1) rows.emplace_back();
-      const auto append = [&](const json& number) {
-        if (!number.is_number() || !obeys(number.get<double>(), rule)) {
-          refuse(key, fmt::format("each number of the lists {}", rule_text(rule)));
-        }
-        rows.back().push_back(number.get<double>());
-      };
-      if (is_flat) {
-        append(element);
-      } else {
-        for (const json& number : element) append(number);
-      }
-    }
-  } else {
-    rows = *fallback;
-  }
-  if (rows.size() > rows_max) refuse(key, fmt::format("must hold at most {} lists", rows_max));
-  for (const std::vector<double>& row : rows) {
-    if (row.size() < size_min || row.size() > size_max) {
-      refuse(key, size_min == size_max ? fmt::format("each list must hold {} numbers", size_min)
-                                       : fmt::format("each list must hold from {} to {} numbers",
-                                                     size_min, size_max));
-    }
-    if (row.size() != rows[0].size()) refuse(key, "all lists must be equally long");
-  }
-  (*resolved_)[std::string(key)] = rows;
-  return rows;
-}
-
-std::vector<std::string> SettingsReader::strings(std::string_view key, std::size_t size_max) {
-  const json* value = find(key);
-  if (!value) require(key, false);
-  const std::string rule = fmt::format("must be a list of 1 to {} strings", size_max);
-  if (!value->is_array() || value->empty() || value->size() > size_max) refuse(key, rule);
-  std::vector<std::string> list;
-  for (const json& element : *value) {
-    if (!element.is_string()) refuse(key, rule);
-    list.push_back(element.get<std::string>());
-  }
-  (*resolved_)[std::string(key)] = list;
-  return list;
-}
-
 SettingsReader SettingsReader::table(std::string_view key) {
   const json* value = find(key);
-  return SettingsReader(value ? *value : empty_object(), full(key), (*resolved_)[std::string(key)]);
+  return SettingsReader(value ? *value : empty_object(), full(key), (*resolved_)[std::string(key)],
+                        record_);
 }
 
 void SettingsReader::finish() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -9,7 +10,12 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/key_help.h"
+
 namespace treeroll {
+
+struct KeyNote;
+struct SettingsRecord;
 
 /// Bounds of a number; the defaults allow any finite one.
 struct NumberRule {
@@ -35,31 +41,41 @@ class SettingsReader {
   /// @param table     a JSON object; must outlive the reader, like `resolved`
   /// @param path      dotted path of the table, prefix of its keys in errors
   /// @param resolved  set to an object that receives every value read
-  SettingsReader(const nlohmann::json& table, std::string path, nlohmann::json& resolved);
+  /// @param record    null, or what notes every question (settings_record.h); must outlive it
+  SettingsReader(const nlohmann::json& table, std::string path, nlohmann::json& resolved,
+                 SettingsRecord* record = nullptr);
 
-  double number(std::string_view key, NumberRule rule, std::optional<double> fallback = {});
+  double number(std::string_view key, NumberRule rule, std::optional<double> fallback = {},
+                const KeyHelp& help = {});
   /// One that may be left out, where no number could stand for that.
-  std::optional<double> optional_number(std::string_view key, NumberRule rule);
+  std::optional<double> optional_number(std::string_view key, NumberRule rule,
+                                        const KeyHelp& help = {});
   std::int64_t integer(std::string_view key, std::int64_t min, std::int64_t max,
-                       std::optional<std::int64_t> fallback = {});
-  bool boolean(std::string_view key, std::optional<bool> fallback = {});
-  std::string string(std::string_view key, std::optional<std::string> fallback = {});
+                       std::optional<std::int64_t> fallback = {}, const KeyHelp& help = {});
+  bool boolean(std::string_view key, std::optional<bool> fallback = {}, const KeyHelp& help = {});
+  std::string string(std::string_view key, std::optional<std::string> fallback = {},
+                     const KeyHelp& help = {});
   /// Whether the key holds this very word, in place of a value of another type; if so, it is read.
-  bool is_word(std::string_view key, std::string_view word);
+  bool is_word(std::string_view key, std::string_view word, const KeyHelp& help = {});
   /// One of a few words.
   std::string choice(std::string_view key, const std::vector<std::string_view>& words,
-                     std::optional<std::string> fallback = {});
+                     std::optional<std::string> fallback = {}, const KeyHelp& help = {});
   /// A list of numbers, each within `rule`, between min_size and max_size long.
   std::vector<double> numbers(std::string_view key, NumberRule rule, std::size_t min_size,
                               std::size_t max_size,
-                              std::optional<std::vector<double>> fallback = {});
+                              std::optional<std::vector<double>> fallback = {},
+                              const KeyHelp& help = {});
   /// A list of rows of numbers, all equally long: [[1, 2], [3, 4]]. A list of plain numbers stands
   /// for rows of one number where rows may be that short, and else for a single row.
   std::vector<std::vector<double>> rows(
       std::string_view key, NumberRule rule, std::size_t rows_max, std::size_t size_min,
-      std::size_t size_max, std::optional<std::vector<std::vector<double>>> fallback = {});
+      std::size_t size_max, std::optional<std::vector<std::vector<double>>> fallback = {},
+      const KeyHelp& help = {});
   /// A list of strings, between 1 and size_max long.
-  std::vector<std::string> strings(std::string_view key, std::size_t size_max);
+  std::vector<std::string> strings(std::string_view key, std::size_t size_max,
+                                   const KeyHelp& help = {});
+  /// A list of anything, not empty.
+  const nlohmann::json& list(std::string_view key, std::size_t size_max, const KeyHelp& help = {});
   /// A table below this one; absent counts as empty.
   SettingsReader table(std::string_view key);
 
@@ -71,12 +87,17 @@ class SettingsReader {
 
  private:
   const nlohmann::json* find(std::string_view key);
-  void require(std::string_view key, bool has_fallback) const;
+  /// The value of a key, or null: then its fallback counts. A reader that records notes it.
+  const nlohmann::json* value_of(std::string_view key, bool has_fallback, const KeyHelp& help,
+                                 const std::function<KeyNote()>& note);
+  std::string text_of(std::string_view key, const nlohmann::json* value,
+                      const std::optional<std::string>& fallback);
   std::string full(std::string_view key) const;
 
   const nlohmann::json* table_;
   std::string path_;
   nlohmann::json* resolved_;
+  SettingsRecord* record_;
   std::set<std::string, std::less<>> asked_;
 };
 

@@ -18,6 +18,7 @@ int doctor_main(int argc, char** argv) {
        .purpose =
            "Says what is wrong with this host, its network and who is on the group, and what to "
            "do about it. Learns nothing, changes nothing; may run beside a study.",
+       .examples = {{"treeroll-doctor", "this host, its network, and who is on the group"}},
        .options =
            [&](CommandLine& line) {
              line.add(

@@ -8,6 +8,7 @@
 #include "common/base/check.h"
 #include "common/base/json_text.h"
 #include "common/base/settings_reader.h"
+#include "common/policy/policy_bounds.h"
 
 namespace treeroll {
 namespace {
@@ -71,26 +72,47 @@ PolicyPtr PolicyRegistry::read(std::string_view text) const {
   }
   const auto found = kinds_.find(kind);
   if (found == kinds_.end() || !found->second.make) {
-    throw PolicyTextError("$.kind", "must be one of: " + known(true));
+    throw PolicyTextError("$.kind", "must be one of: " + known());
   }
-  for (const char* head : {"format", "version", "kind"}) value.erase(head);
-  return found->second.make(PolicyText(value, "$"));
+  const json bounds = value.contains("bounds") ? value["bounds"] : json();
+  for (const char* head : {"format", "version", "kind", "bounds"}) value.erase(head);
+  PolicyPtr policy = found->second.make(PolicyText(value, "$"));
+  if (bounds.is_null()) return policy;
+  return bounded(policy, bounds_from_content(PolicyText(bounds, "$.bounds"), *policy));
 }
 
 StartPolicy PolicyRegistry::read_start(SettingsReader& policy, const StartSources& sources) const {
   // Asked for only where it stands: a resolved study names the kinds it named before.
-  const std::string kind =
-      policy.has("kind") ? policy.string("kind") : std::string(kDefaultPolicyKind);
+  std::string kind(kDefaultPolicyKind);
+  if (policy.has("kind")) {
+    std::vector<std::string_view> names;
+    for (const auto& [name, of_name] : kinds_) names.push_back(name);
+    const std::string otherwise = fmt::format("\"{}\"", kDefaultPolicyKind);
+    kind = policy.choice("kind", names, {},
+                         {.meaning = "What represents the policy: a tree of Gaussian mixtures, or "
+                                     "another kind; the other keys are the kind's",
+                          .otherwise = otherwise});
+  }
   const auto found = kinds_.find(kind);
-  if (found == kinds_.end()) policy.refuse("kind", "must be one of: " + known(false));
   CHECK(found->second.start, "no way to start a policy of kind " + kind);
-  return found->second.start(policy, sources);
+  StartSources unbounded = sources;
+  StartPolicy fitted;
+  if (sources.fitted != nullptr) {
+    fitted = *sources.fitted;
+    fitted.policy = without_bounds(fitted.policy);
+    unbounded.fitted = &fitted;
+  }
+  StartPolicy start = found->second.start(policy, unbounded);
+  if (policy.has("bounds")) {
+    start.policy = bounded(start.policy, read_policy_bounds(policy.table("bounds"), start.policy));
+  }
+  return start;
 }
 
-std::string PolicyRegistry::known(bool of_texts) const {
+std::string PolicyRegistry::known() const {
   std::string names;
   for (const auto& [name, kind] : kinds_) {
-    if (of_texts && !kind.make) continue;
+    if (!kind.make) continue;
     names += (names.empty() ? "" : ", ") + name;
   }
   return names;

@@ -75,8 +75,7 @@ class PolicyRegistry {
     StartReader start;
   };
   PolicyPtr read(std::string_view text) const;
-  /// Names that a study may give, or that a text may have.
-  std::string known(bool of_texts) const;
+  std::string known() const;  ///< kinds that a text may have
 
   std::map<std::string, Kind, std::less<>> kinds_;
 };

@@ -1,8 +1,12 @@
 #include "common/program/command_line.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <optional>
+#include <sstream>
 #include <type_traits>
 
 namespace treeroll {
@@ -56,7 +60,7 @@ bool Option::given() const { return !option_->empty(); }
 
 CommandLine::CommandLine(const std::string& program, const std::string& purpose,
                          const std::string& version)
-    : app_(std::make_unique<CLI::App>(purpose, program)) {
+    : app_(std::make_unique<CLI::App>(purpose, program)), version_(version) {
   app_->set_version_flag("--version", program + " " + version);
 }
 
@@ -66,6 +70,13 @@ template <typename Value>
 Option CommandLine::add(const std::string& name, Value& value, const std::string& text) {
   if constexpr (std::is_same_v<Value, bool>) {
     return Option(*app_->add_flag(name, value, text));
+  } else if constexpr (std::is_same_v<Value, std::optional<std::string>>) {
+    const auto take = [&value](const CLI::results_t& given) {
+      // The library's word for no value.
+      value = given.empty() || given.front() == "{}" ? "" : given.front();
+      return true;
+    };
+    return Option(*app_->add_option(name, take, text)->type_name("[TEXT]")->expected(0, 1));
   } else {
     return Option(*app_->add_option(name, value, text));
   }
@@ -75,6 +86,8 @@ template Option CommandLine::add(const std::string&, bool&, const std::string&);
 template Option CommandLine::add(const std::string&, int&, const std::string&);
 template Option CommandLine::add(const std::string&, std::int64_t&, const std::string&);
 template Option CommandLine::add(const std::string&, std::string&, const std::string&);
+template Option CommandLine::add(const std::string&, std::optional<std::string>&,
+                                 const std::string&);
 template Option CommandLine::add(const std::string&, std::filesystem::path&, const std::string&);
 template Option CommandLine::add(const std::string&, std::vector<std::string>&, const std::string&);
 template Option CommandLine::add(const std::string&, std::vector<std::filesystem::path>&,
@@ -84,9 +97,59 @@ void CommandLine::require_any(const std::string& what, const std::vector<Option>
   choices_.push_back({what, options});
 }
 
-void CommandLine::end_help_with(const std::string& text) { app_->footer(text); }
+void CommandLine::add_examples(const std::vector<UsageExample>& examples) {
+  examples_.insert(examples_.end(), examples.begin(), examples.end());
+}
+
+void CommandLine::end_help_with(const std::string& text) { notes_ = text; }
+
+Manual CommandLine::manual() const {
+  Manual manual{.program = app_->get_name(),
+                .version = version_.substr(0, version_.find(' ')),
+                .purpose = app_->get_description(),
+                .options = {},
+                .examples = examples_,
+                .notes = notes_};
+  for (const CLI::Option* option : app_->get_options()) {
+    if (option->get_group().empty()) continue;
+    ManualOption shown{.name = option->get_name(),
+                       .value = {},
+                       .words = {},
+                       .otherwise = option->get_default_str(),
+                       .text = option->get_description()};
+    // "-h,--help": the long one.
+    shown.name = shown.name.substr(shown.name.rfind(',') + 1);
+    if (option->get_items_expected_max() > 0) {
+      // The library writes rules behind the type: "TEXT:{text,json}", "INT:INT in [0 - 1024]".
+      const std::string type = option->get_type_name();
+      shown.value = type.substr(0, type.find(':'));
+      if (const auto open = type.find(":{"); open != std::string::npos && type.back() == '}') {
+        std::istringstream words(type.substr(open + 2, type.size() - open - 3));
+        for (std::string word; std::getline(words, word, ',');) shown.words.push_back(word);
+      }
+    }
+    manual.options.push_back(std::move(shown));
+  }
+  return manual;
+}
+
+CommandLine::Reading CommandLine::print_manual(bool as_man_page) const {
+  fmt::print("{}", as_man_page ? man_page(manual()) : bash_completion(manual()));
+  return Reading::kAnswered;
+}
 
 CommandLine::Reading CommandLine::read(int argc, char** argv) {
+  bool man = false;
+  bool completion = false;
+  const CLI::Option* help_man = app_->add_flag("--help-man", man, "")->group("");
+  const CLI::Option* help_completion =
+      app_->add_flag("--help-completion", completion, "")->group("");
+  std::string below;
+  for (const UsageExample& example : examples_) {
+    below += fmt::format("{}  {}\n      {}\n", below.empty() ? "Examples:\n" : "", example.command,
+                         example.what);
+  }
+  app_->footer(below + (below.empty() || notes_.empty() ? "" : "\n") + notes_);
   try {
     app_->parse(argc, argv);
     for (const Choice& choice : choices_) {
@@ -95,8 +158,11 @@ CommandLine::Reading CommandLine::read(int argc, char** argv) {
       if (!any) throw CLI::RequiredError(choice.what);
     }
   } catch (const CLI::ParseError& error) {
+    // Asked for beside nothing else: what the program requires is not needed for it.
+    if (*help_man || *help_completion) return print_manual(man);
     return app_->exit(error) == 0 ? Reading::kAnswered : Reading::kWrong;
   }
+  if (*help_man || *help_completion) return print_manual(man);
   return Reading::kComplete;
 }
 

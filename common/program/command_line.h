@@ -2,8 +2,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "common/program/manual.h"
 
 namespace CLI {  // NOLINT(readability-identifier-naming): the library's name
 class App;
@@ -47,7 +50,8 @@ class CommandLine {
 
   /// @param name   "--state-dir", or "STUDY" for an argument known by its place
   /// @param value  set when the line is read; its type says what may stand there: bool (a flag),
-  ///               int, std::int64_t, std::string, std::filesystem::path, vectors of the last two
+  ///               int, std::int64_t, std::string, std::filesystem::path, vectors of the last two,
+  ///               std::optional<std::string> (a text that may be left out: empty then)
   /// @param text   for --help
   template <typename Value>
   Option add(const std::string& name, Value& value, const std::string& text);
@@ -56,16 +60,21 @@ class CommandLine {
   /// @param what  their names in words, for the error: "STUDY or --resume DIR"
   void require_any(const std::string& what, const std::vector<Option>& options);
 
-  /// Stands below the options in --help.
+  /// Stand below the options in --help, examples first.
+  void add_examples(const std::vector<UsageExample>& examples);
   void end_help_with(const std::string& text);
 
   enum class Reading { kComplete, kAnswered, kWrong };
 
-  /// Reads the line into the values. kAnswered: --help or --version has been printed. kWrong: what
-  /// is wrong has been printed on standard error.
+  /// Reads the line into the values. kAnswered: --help, --version or one of two hidden options has
+  /// been printed: --help-man and --help-completion (manual.h), for whoever packs the program.
+  /// kWrong: what is wrong has been printed on standard error.
   Reading read(int argc, char** argv);
 
  private:
+  Manual manual() const;
+  Reading print_manual(bool as_man_page) const;
+
   struct Choice {
     std::string what;
     std::vector<Option> options;
@@ -73,6 +82,9 @@ class CommandLine {
 
   std::unique_ptr<CLI::App> app_;
   std::vector<Choice> choices_;
+  std::string version_;
+  std::vector<UsageExample> examples_;
+  std::string notes_;
 };
 
 }  // namespace treeroll

@@ -18,6 +18,7 @@ int run_main(int argc, char** argv, const Program& program) {
   log_to_standard_error(program.log_name);
   CommandLine command_line(program.name, program.purpose,
                            program_version() + " (" + build_id() + ")");
+  command_line.add_examples(program.examples);
   program.options(command_line);
   std::string log_form = "text";
   command_line.add("--log", log_form, "Lines on standard error: text, or json, one object a line")

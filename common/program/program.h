@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "common/program/command_line.h"
 
@@ -18,6 +19,7 @@ struct Program {
   /// The name in each line of the log, with date and process: for daemons that share a terminal.
   /// Empty: the time of day alone.
   std::string log_name = {};
+  std::vector<UsageExample> examples = {};  ///< of its use, for --help
   /// Names the options and where their values go.
   std::function<void(CommandLine&)> options;
   /// Does the work once they are read.

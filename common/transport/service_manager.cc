@@ -26,12 +26,12 @@ ServiceManager::ServiceManager(Loop& loop) : loop_(loop), is_there_(is_meant()) 
   std::uint64_t watchdog_us = 0;
   if (is_there_ && sd_watchdog_enabled(0, &watchdog_us) > 0) {
     period_ = std::chrono::microseconds(watchdog_us / kSignsInPeriod);
-    give_sign_of_life();
   }
 }
 
 void ServiceManager::say_ready() {
   if (is_there_) sd_notify(0, "READY=1");
+  if (period_ > Duration::zero()) give_sign_of_life();
 }
 
 void ServiceManager::say_stopping() {
@@ -39,9 +39,10 @@ void ServiceManager::say_stopping() {
 }
 
 void ServiceManager::say_busy_for(std::chrono::hours time) {
-  if (period_ == Duration::zero()) return;
+  if (!is_there_) return;
   const auto time_us = std::chrono::duration_cast<std::chrono::microseconds>(time).count();
-  sd_notifyf(0, "WATCHDOG_USEC=%lld", static_cast<long long>(time_us));
+  sd_notifyf(0, "WATCHDOG_USEC=%lld\nEXTEND_TIMEOUT_USEC=%lld", static_cast<long long>(time_us),
+             static_cast<long long>(time_us));
 }
 
 void ServiceManager::say_status(const std::string& line) {

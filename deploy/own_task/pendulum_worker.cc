@@ -20,9 +20,12 @@ class PendulumTask : public treeroll::Task {
   /// Reads the keys of [task], each with its rule and its default. The learner refuses a study with
   /// a value against the rule, or with any other key, before it starts.
   explicit PendulumTask(treeroll::SettingsReader& settings)
-      : length_m_(settings.number("length_m", {.min = .01, .max = 100}, .3)),
-        damping_per_s_(settings.number("damping_per_s", treeroll::kNotNegative, .1)),
-        duration_s_(settings.number("duration_s", {.min = .1, .max = 100}, 2.5)) {}
+      : length_m_(settings.number("length_m", {.min = .01, .max = 100}, .3,
+                                  {.meaning = "Of the pendulum", .unit = "m"})),
+        damping_per_s_(settings.number("damping_per_s", treeroll::kNotNegative, .1,
+                                       {.meaning = "Of its joint", .unit = "1/s"})),
+        duration_s_(settings.number("duration_s", {.min = .1, .max = 100}, 2.5,
+                                    {.meaning = "Simulated time", .unit = "s"})) {}
 
   treeroll::TaskDescription description() const override {
     return {.input_dim = 1, .output_dim = 1, .reward_min = 0, .reward_max = 1, .time_limit_s = 5};

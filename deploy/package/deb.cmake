@@ -10,11 +10,12 @@ list(JOIN depends ", " depends)
 # A list that changes changes the package.
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/deploy/packages/run.txt)
 
-# Bill of materials: each package of Debian that is linked or compiled in, with the version of this machine.
+# Bill of materials: each package of Debian that is needed to build and to run, with the version of this machine.
 install(CODE "set(lists \"${PROJECT_SOURCE_DIR}/deploy/packages/run.txt;${PROJECT_SOURCE_DIR}/deploy/packages/build.txt\")
+set(program \"treeroll ${PROJECT_VERSION}\")
 set(bill \"${CMAKE_INSTALL_DOCDIR}/bill-of-materials.txt\")")
 install(CODE [[
-  set(text "treeroll ${CPACK_PACKAGE_VERSION}: package, version, what for\nuPlot 1.6.32 (in the programs): curves of the page\n")
+  set(text "${program}: package, version, what for\nuPlot 1.6.32 (in the programs): curves of the page\n")
   foreach(list IN LISTS lists)
     file(STRINGS ${list} lines REGEX "^[a-z]")
     foreach(line IN LISTS lines)

@@ -75,6 +75,7 @@ void LearnerDaemon::continue_journal(std::unique_ptr<JournalWriter> journal,
 }
 
 void LearnerDaemon::run() {
+  manager_.say_ready();  // of a study that is done too: else its service would have failed to start
   loop_.on_signals(stop_signals(), [this](int signal) { stop(signal); });
   if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
   if (page_) spdlog::info("the page is {}", page_->url());
@@ -85,7 +86,6 @@ void LearnerDaemon::run() {
     local_worker_.emplace(options_, loop_.now());
   }
   step(learner::RecoveryFinished{});
-  manager_.say_ready();
   loop_.run();
   if (failure_) std::rethrow_exception(failure_);
   if (core_->outcome() == learner::LearnerCore::Outcome::kFailed) {

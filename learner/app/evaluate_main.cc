@@ -42,6 +42,10 @@ int evaluate_main(int argc, char** argv) {
       argc, argv,
       {.name = "treeroll-evaluate",
        .purpose = "Says what a policy is worth on the task of a study, and what it does.",
+       .examples = {{"treeroll-evaluate policies/tree-0.json study.toml --evaluations 20",
+                     "the mean reward of a learnt policy, in its state directory"},
+                    {"treeroll-evaluate best.json study.toml --trace trace.csv",
+                     "what it does, step by step"}},
        .options = [&](CommandLine& line) { describe_evaluate(line, options); },
        .work =
            [&] {

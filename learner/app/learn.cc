@@ -65,11 +65,11 @@ void salvage(const fs::path& journal) {
 
 Opened open_for_resuming(const LearnerOptions& options) {
   Opened opened;
-  // Locked first: what a study is, its journal says too.
   check_resumable(options.resume_dir);
   // Of a study that a later program has written nothing is touched.
   read_study_name(study_of(options.resume_dir));
   opened.files = state_files(options.resume_dir);
+  // Locked before the study is read: what a study is, its journal says too.
   opened.journal = std::make_unique<JournalWriter>(opened.files.journal);
   if (options.salvage) salvage(opened.files.journal);
   opened.state = read_state_study(opened.files, options.overrides);
@@ -79,9 +79,7 @@ Opened open_for_resuming(const LearnerOptions& options) {
 Opened open_new(const LearnerOptions& options) {
   Opened opened;
   opened.state.loaded = load_study(options.study_file, options.overrides);
-  opened.files.directory = options.state_dir.empty()
-                               ? fs::path("treeroll-runs") / opened.state.loaded.study.name
-                               : options.state_dir;
+  opened.files.directory = results_directory(options, opened.state.loaded.study.name);
   opened.files.journal = journal_of(opened.files.directory);
   return opened;
 }

@@ -22,7 +22,19 @@ struct LearnerOptions {
   bool needs_worker_program = false;  ///< else remote workers may describe and evaluate the tasks
   std::string lcm_url;                ///< resolved
   web::PageOptions page;              ///< --http
-  bool json = false;                  ///< print the summary as JSON on standard output
+  std::optional<std::string> help_keys;  ///< list the keys of a study that hold this, and end
+  bool check = false;                    ///< say what the study would do, start nothing
+  int preview = 0;                 ///< above 0: show so many perturbed policies, start nothing
+  std::filesystem::path new_file;  ///< a study to be written, of `new_task`
+  std::string new_task;
+  bool json = false;  ///< print the summary as JSON on standard output
 };
+
+/// Where the results of a study of that name go.
+inline std::filesystem::path results_directory(const LearnerOptions& options,
+                                               const std::string& study_name) {
+  return options.state_dir.empty() ? std::filesystem::path("treeroll-runs") / study_name
+                                   : options.state_dir;
+}
 
 }  // namespace treeroll

@@ -88,6 +88,10 @@ int replay_main(int argc, char** argv) {
        .purpose =
            "Reads a learner's journal, also while it is written: what is in it, and whether every "
            "step follows from it.",
+       .examples = {{"treeroll-replay treeroll-runs/swing_up", "what the journal holds"},
+                    {"treeroll-replay treeroll-runs/swing_up --verify",
+                     "make every draw and update again and compare"},
+                    {"treeroll-replay treeroll-runs/swing_up --http 8080", "its page"}},
        .options = [&](CommandLine& line) { describe_replay(line, options); },
        .work = [&] { return work(options); }});
 }

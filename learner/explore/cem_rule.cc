@@ -20,8 +20,10 @@ void read_cem(SettingsReader& exploration, ExplorationSettings& settings) {
   CemSettings cem;
   cem.generation = read_generation(exploration, cem.generation.population);
   const int population = cem.generation.population;
-  cem.elites = static_cast<int>(
-      exploration.integer("elites", 1, population, std::min(cem.elites, population)));
+  cem.elites = static_cast<int>(exploration.integer(
+      "elites", 1, population, std::min(cem.elites, population),
+      {.meaning = "Members of a generation that the next distribution is made of",
+       .rule = "1 to population"}));
   cem.noise = read_generation_noise(exploration);
   settings.rule = cem;
 }

@@ -104,14 +104,25 @@ void read_automatic(SettingsReader& /*exploration*/, ExplorationSettings& settin
 void read_cma_es(SettingsReader& exploration, ExplorationSettings& settings) {
   CmaEsRuleSettings cma_es;
   cma_es.generation = read_generation(exploration, cma_es.generation.population);
-  cma_es.active = exploration.boolean("active", cma_es.active);
-  cma_es.mirrored = exploration.boolean("mirrored", cma_es.mirrored);
-  cma_es.rate_factor =
-      exploration.number("rate_factor", {.min = .01, .max = 100}, cma_es.rate_factor);
+  cma_es.active = exploration.boolean(
+      "active", cma_es.active,
+      {.meaning = "Whether bad members of a generation take variance away along their steps"});
+  cma_es.mirrored =
+      exploration.boolean("mirrored", cma_es.mirrored,
+                          {.meaning = "Whether draws come in pairs of opposite perturbations"});
+  cma_es.rate_factor = exploration.number(
+      "rate_factor", {.min = .01, .max = 100}, cma_es.rate_factor,
+      {.meaning = "On the covariance's learning rates c_1 (at most .5) and c_mu (at "
+                  "most 1 - c_1); 5 serves the swing-up"});
   settings.rule = cma_es;
-  if (exploration.choice("coordinates", {"noise_variance", "sensitivity"}, "noise_variance") ==
-      "sensitivity") {
-    settings.initial_step = exploration.number("initial_step", kFactor, .03);
+  if (exploration.choice("coordinates", {"noise_variance", "sensitivity"}, "noise_variance",
+                         {.meaning = "What the first noise comes from: the study, or the effect of "
+                                     "each element of theta on the output; noise_variance is "
+                                     "refused then"}) == "sensitivity") {
+    settings.initial_step =
+        exploration.number("initial_step", kFactor, .03,
+                           {.meaning = "Deviation of the first steps in sensitivity coordinates",
+                            .unit = "the output's unit"});
   }
 }
 

@@ -32,22 +32,41 @@ class Reader {
     std::vector<std::string_view> names;
     for (const UpdateRuleKind& kind : rules) names.push_back(kind.name);
     const char* otherwise = source_.has("noise_variance") ? kRuleWithVariance : kRuleWithout;
-    const std::string name = source_.choice("rule", names, otherwise);
+    const std::string name = source_.choice(
+        "rule", names, otherwise,
+        {.meaning =
+             "How mean and noise follow from rewards: \"power\" is PoWER, the thesis's, and "
+             "updates after each result; \"pi2\" PI2-BB, \"cem\" the cross-entropy method and "
+             "\"cma_es\" CMA-ES update after each generation; \"auto\" is CMA-ES with a first "
+             "step that is tried, and has no key of its own"});
     const auto named = std::find(names.begin(), names.end(), name) - names.begin();
     rules[static_cast<std::size_t>(named)].read(source_, settings_);
   }
 
   void read_convergence() {
-    integer("convergence_window", 2, kMaxConvergenceWindow, settings_.convergence_window);
-    settings_.convergence_slope =
-        source_.number("convergence_slope", kAnyNumber, settings_.convergence_slope);
+    integer("convergence_window", 2, kMaxConvergenceWindow, settings_.convergence_window,
+            {.meaning = "M: of how many last rewards of a layer the slope is taken"});
+    settings_.convergence_slope = source_.number(
+        "convergence_slope", kAnyNumber, settings_.convergence_slope,
+        {.meaning =
+             "eps_conv: a layer whose slope is below has converged and is left; equal rewards "
+             "have slope 0, which is not below 0",
+         .unit = "reward per roll-out"});
     // There is no number that stands for the slope: the key is absent, or a share.
     if (source_.has("convergence_gain")) {
-      settings_.convergence_gain =
-          source_.number("convergence_gain", {.min = 0, .max = 1, .min_allowed = false});
+      settings_.convergence_gain = source_.number(
+          "convergence_gain", {.min = 0, .max = 1, .min_allowed = false}, {},
+          {.meaning = "In place of the slope: a layer is left when its best reward has "
+                      "gained less per roll-out of the last M than this share of its "
+                      "average gain over the layer",
+           .example = "0.3"});
     }
-    settings_.stop_on_convergence = source_.boolean("stop_on_convergence", false);
-    settings_.stop_at_reward = source_.optional_number("stop_at_reward", kPositive);
+    settings_.stop_on_convergence =
+        source_.boolean("stop_on_convergence", false,
+                        {.meaning = "Whether a run ends when its last layer has converged"});
+    settings_.stop_at_reward = source_.optional_number(
+        "stop_at_reward", kPositive,
+        {.meaning = "A run ends with its first roll-out of at least this reward"});
   }
 
   void read_noise(const Policy& start) {
@@ -58,16 +77,25 @@ class Reader {
     }
     const auto component_dim = static_cast<std::size_t>(start.noise_variance_dim());
     settings_.noise_variance =
-        source_.numbers("noise_variance", kVariance, component_dim, component_dim);
+        source_.numbers("noise_variance", kVariance, component_dim, component_dim, {},
+                        {.meaning = "Sigma_noise, the variances of the first noise, as many as the "
+                                    "policy takes: a tree one for each element of one component's "
+                                    "theta. Without it the noise follows from the effect of theta "
+                                    "on the output",
+                         .rule = "each 1e-30 to 1e30"});
     settings_.initial_noise_factor =
-        source_.number("initial_noise_factor", kFactor, settings_.initial_noise_factor);
+        source_.number("initial_noise_factor", kFactor, settings_.initial_noise_factor,
+                       {.meaning = "gamma: scales the first noise only"});
   }
 
   /// A start that does something tells the size of the output; one from nothing does not.
   void read_metric(const Policy& start) {
     const double size = output_size(start.effect());
     const bool is_from_nothing = !(size > kNothing);
-    settings_.metric = source_.choice("metric", {"full", "diagonal"}, "full") == "full"
+    settings_.metric = source_.choice("metric", {"full", "diagonal"}, "full",
+                                      {.meaning = "Steps that move the output alike in every "
+                                                  "direction of theta, or in each of its "
+                                                  "elements"}) == "full"
                            ? Metric::kFull
                            : Metric::kDiagonal;
     if (is_from_nothing && !source_.has("output_scale")) {
@@ -75,18 +103,32 @@ class Reader {
                      "is required: the start policy does nothing, so nothing tells how large the "
                      "outputs of a good policy are. Give their size, or noise_variance");
     }
-    settings_.output_scale = source_.number("output_scale", kFactor,
-                                            is_from_nothing ? std::nullopt : std::optional(size));
-    settings_.initial_step = source_.number("initial_step", kFactor,
-                                            (is_from_nothing ? .1 : .005) * settings_.output_scale);
+    settings_.output_scale = source_.number(
+        "output_scale", kFactor, is_from_nothing ? std::nullopt : std::optional(size),
+        {.meaning = "How large the outputs of a good policy are; required for a start "
+                    "that does nothing",
+         .unit = "the output's unit",
+         .otherwise = "the size of the start policy's output"});
+    settings_.initial_step = source_.number(
+        "initial_step", kFactor, (is_from_nothing ? .1 : .005) * settings_.output_scale,
+        {.meaning = "Deviation of the output in the first steps",
+         .unit = "the output's unit",
+         .otherwise = ".005 of output_scale; .1 of it for a start that does nothing"});
     settings_.bold_step = (is_from_nothing ? .3 : .08) * settings_.output_scale;
   }
 
   void read_layers(int num_layers) {
-    settings_.reuse = source_.boolean("reuse", settings_.reuse);
-    integer("first_layer", 1, num_layers, settings_.first_layer);
+    settings_.reuse = source_.boolean(
+        "reuse", settings_.reuse,
+        {.meaning = "Whether the next layer begins with the experience of the one left, section "
+                    "3-2-4; false: with noise and history afresh"});
+    integer("first_layer", 1, num_layers, settings_.first_layer,
+            {.meaning = "The layer that is explored first", .rule = "1 to the policy's last"});
     settings_.last_layer = num_layers;
-    integer("last_layer", 1, num_layers, settings_.last_layer);
+    integer("last_layer", 1, num_layers, settings_.last_layer,
+            {.meaning = "The layer that is explored to the end of the budget",
+             .otherwise = "the policy's last",
+             .rule = "first_layer to the policy's last"});
     if (settings_.last_layer < settings_.first_layer) {
       source_.refuse("last_layer", "must be at least first_layer, which is " +
                                        std::to_string(settings_.first_layer));
@@ -95,8 +137,9 @@ class Reader {
 
  private:
   /// `value` is the default and takes the result.
-  void integer(const char* key, std::int64_t min, std::int64_t max, int& value) {
-    value = static_cast<int>(source_.integer(key, min, max, value));
+  void integer(const char* key, std::int64_t min, std::int64_t max, int& value,
+               const KeyHelp& help) {
+    value = static_cast<int>(source_.integer(key, min, max, value, help));
   }
 
   SettingsReader& source_;

@@ -16,8 +16,10 @@ constexpr double kLeastNoise = 1e-20;
 GenerationNoise read_generation_noise(SettingsReader& exploration) {
   constexpr NumberRule kShare{.min = 0, .max = 1, .min_allowed = false};
   GenerationNoise noise;
-  noise.learning_rate = exploration.number("covariance_learning_rate", kShare, noise.learning_rate);
-  noise.decay = exploration.number("noise_decay", kShare, noise.decay);
+  noise.learning_rate = exploration.number("covariance_learning_rate", kShare, noise.learning_rate,
+                                           {.meaning = "How far the noise follows a generation"});
+  noise.decay = exploration.number("noise_decay", kShare, noise.decay,
+                                   {.meaning = "Factor on the noise at each update"});
   noise.minimum = read_minimum_noise(exploration, noise.minimum);
   return noise;
 }

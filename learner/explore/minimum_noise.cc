@@ -9,14 +9,17 @@ namespace treeroll::explore {
 MinimumNoise read_minimum_noise(SettingsReader& exploration, const MinimumNoise& otherwise) {
   constexpr NumberRule kFactorOrNone{.min = 0, .max = kFactor.max};
   MinimumNoise minimum;
-  minimum.fraction =
-      exploration.number("minimum_noise_fraction", otherwise.fraction > 0 ? kFactor : kFactorOrNone,
-                         otherwise.fraction);
-  minimum.decay_start = static_cast<int>(
-      exploration.integer("minimum_noise_decay_start", 0, kMaxRollouts, otherwise.decay_start));
+  minimum.fraction = exploration.number(
+      "minimum_noise_fraction", otherwise.fraction > 0 ? kFactor : kFactorOrNone,
+      otherwise.fraction,
+      {.meaning = "eps_noise: the noise stays above this share of noise_variance"});
+  minimum.decay_start = static_cast<int>(exploration.integer(
+      "minimum_noise_decay_start", 0, kMaxRollouts, otherwise.decay_start,
+      {.meaning = "n0: after n > n0 results of the run the floor is multiplied by "
+                  "(n0 / n)^power; 0: never"}));
   minimum.decay_power =
       exploration.number("minimum_noise_decay_power", {.min = 0, .max = 10, .min_allowed = false},
-                         otherwise.decay_power);
+                         otherwise.decay_power, {.meaning = "That power"});
   return minimum;
 }
 

@@ -18,8 +18,9 @@ std::unique_ptr<UpdateRule> make_rule(const Pi2Settings& settings, LayerStart st
 void read_pi2(SettingsReader& exploration, ExplorationSettings& settings) {
   Pi2Settings pi2;
   pi2.generation = read_generation(exploration, pi2.generation.population);
-  pi2.eliteness =
-      exploration.number("eliteness", {.min = 0, .max = 1000, .min_allowed = false}, pi2.eliteness);
+  pi2.eliteness = exploration.number(
+      "eliteness", {.min = 0, .max = 1000, .min_allowed = false}, pi2.eliteness,
+      {.meaning = "h: how much better members of a generation outweigh the others"});
   pi2.noise = read_generation_noise(exploration);
   settings.rule = pi2;
 }

@@ -16,9 +16,14 @@ constexpr std::int64_t kMaxPopulation = 100'000;
 GenerationSettings read_generation(SettingsReader& exploration, int population_otherwise) {
   GenerationSettings settings;
   settings.population =
-      static_cast<int>(exploration.integer("population", 2, kMaxPopulation, population_otherwise));
+      static_cast<int>(exploration.integer("population", 2, kMaxPopulation, population_otherwise,
+                                           {.meaning = "lambda: results between two updates"}));
   settings.complete =
-      exploration.choice("generation", {"complete", "stale"}, "complete") == "complete";
+      exploration.choice(
+          "generation", {"complete", "stale"}, "complete",
+          {.meaning =
+               "\"complete\": draws wait until their generation is in; \"stale\": results of "
+               "older distributions count, and what is in flight stays in flight"}) == "complete";
   return settings;
 }
 

@@ -73,10 +73,14 @@ std::unique_ptr<UpdateRule> make_rule(const PowerSettings& settings, LayerStart 
 
 void read_power(SettingsReader& exploration, ExplorationSettings& settings) {
   PowerSettings power;
-  power.first_update =
-      static_cast<int>(exploration.integer("first_update", 1, kMaxRollouts, power.first_update));
-  power.best_considered = static_cast<int>(
-      exploration.integer("best_considered", 1, kMaxBestConsidered, power.best_considered));
+  power.first_update = static_cast<int>(
+      exploration.integer("first_update", 1, kMaxRollouts, power.first_update,
+                          {.meaning = "S_init: results of a layer before its first "
+                                      "update"}));
+  power.best_considered = static_cast<int>(exploration.integer(
+      "best_considered", 1, kMaxBestConsidered, power.best_considered,
+      {.meaning = "I: the best roll-outs of a layer, of which mean and noise are "
+                  "made; at most first_update"}));
   if (power.best_considered > power.first_update) {
     exploration.refuse("best_considered", "must be at most first_update, which is " +
                                               std::to_string(power.first_update));

@@ -8,7 +8,9 @@
 namespace treeroll {
 
 StartPolicy read_automatic_start(SettingsReader& policy, const StartSources& sources) {
-  if (policy.choice("start", {"fit", "constant"}, "fit") == "constant") {
+  if (policy.choice("start", {"fit", "constant"}, "fit",
+                    {.meaning = "A fit to a demonstration, or one number for each output and no "
+                                "demonstration"}) == "constant") {
     return policy.has("ranges") ? read_network_start(policy, sources)
                                 : read_constant_spline(policy, {8});
   }

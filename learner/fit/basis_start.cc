@@ -28,7 +28,8 @@ struct BasisKind {
 };
 
 int read_size(SettingsReader& policy, const BasisKind& kind, std::optional<int> otherwise) {
-  return static_cast<int>(policy.integer(kind.size_key, kFunctionsMin, kind.size_max, otherwise));
+  return static_cast<int>(policy.integer(kind.size_key, kFunctionsMin, kind.size_max, otherwise,
+                                         {.meaning = "How many of each output", .example = "10"}));
 }
 
 /// The outputs where the demonstration begins and ends.
@@ -67,8 +68,12 @@ StartPolicy fitted_basis(SettingsReader& policy, const StartSources& sources,
                              demonstration.data, kind.has_goal ? ends.last : Eigen::VectorXd());
   };
   std::shared_ptr<LinearPolicy> fitted;
-  if (!policy.has(kind.size_key) || policy.is_word(kind.size_key, "auto")) {
-    policy.string(kind.size_key, "auto");
+  if (!policy.has(kind.size_key) ||
+      policy.is_word(kind.size_key, "auto",
+                     {.meaning = "As few as meet the demonstration within a tenth of its rms"})) {
+    policy.string(kind.size_key, "auto",
+                  {.meaning = "\"auto\": as few as meet the demonstration within a tenth of its "
+                              "rms; or as many as an integer says"});
     try {
       fitted = smallest_sufficient({kFunctionsMin, 1, kSufficientFunctionsMax}, kind.size_key, fit);
     } catch (const FitError& error) {
@@ -82,7 +87,10 @@ StartPolicy fitted_basis(SettingsReader& policy, const StartSources& sources,
 
 StartPolicy read_basis_start(SettingsReader& policy, const StartSources& sources,
                              const BasisKind& kind) {
-  const bool is_constant = policy.choice("start", {"fit", "constant"}, "fit") == "constant";
+  const bool is_constant =
+      policy.choice("start", {"fit", "constant"}, "fit",
+                    {.meaning = "A fit to a demonstration, or one number for each output and no "
+                                "demonstration"}) == "constant";
   try {
     return is_constant ? constant_basis(policy, kind) : fitted_basis(policy, sources, kind);
   } catch (const std::invalid_argument& error) {

@@ -20,7 +20,11 @@ constexpr int kLayersMax = 8;
 std::vector<int> read_parents(SettingsReader& layer, std::size_t count, int count_above) {
   std::vector<int> parents;
   for (const double parent : layer.numbers(
-           "parents", {.min = 1, .max = static_cast<double>(count_above)}, count, count)) {
+           "parents", {.min = 1, .max = static_cast<double>(count_above)}, count, count, {},
+           {.meaning =
+                "From layer_2 on: the parent of each component, counted from 1 in the layer above",
+           .rule = "one for each component",
+           .example = "[1]"})) {
     if (parent != std::floor(parent)) layer.refuse("parents", "must hold integers");
     parents.push_back(static_cast<int>(parent) - 1);
   }

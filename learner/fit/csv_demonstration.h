@@ -2,20 +2,20 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "common/base/bad_input.h"
 #include "common/policy/policy_registry.h"
 #include "learner/fit/alignment.h"
 
 namespace treeroll {
 
 /// Files that hold no demonstration: says file, line and column, and what is wrong.
-class DemonstrationError : public std::runtime_error {
+class DemonstrationError : public BadInput {
  public:
-  using std::runtime_error::runtime_error;
+  using BadInput::BadInput;
 };
 
 /// No field of a wanted column may be empty.

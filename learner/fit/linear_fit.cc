@@ -75,7 +75,9 @@ Fitted<std::shared_ptr<LinearPolicy>> fit_linear_policy(LinearFormPtr form,
 }
 
 LinearRange read_linear_range(SettingsReader& policy) {
-  const std::vector<double> ends = policy.numbers("range", kAnyNumber, 2, 2);
+  const std::vector<double> ends = policy.numbers(
+      "range", kAnyNumber, 2, 2, {},
+      {.meaning = "The inputs that the policy is over, first and last", .example = "[0.0, 2.0]"});
   if (!(ends[0] < ends[1]) || !std::isfinite(ends[1] - ends[0])) {
     policy.refuse("range", "must begin before it ends");
   }
@@ -84,7 +86,7 @@ LinearRange read_linear_range(SettingsReader& policy) {
 
 std::vector<double> read_constant_outputs(SettingsReader& policy) {
   return policy.numbers("values", {.min = -1e50, .max = 1e50}, 1, LinearPolicy::kOutputsMax,
-                        std::vector<double>{0});
+                        std::vector<double>{0}, {.meaning = "What each output begins with"});
 }
 
 Demonstration read_curve(SettingsReader& policy, const StartSources& sources) {

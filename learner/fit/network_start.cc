@@ -156,7 +156,9 @@ Network fit_network(const Demonstration& demonstration, int num_hidden, int num_
 StartPolicy constant_network(SettingsReader& policy, int num_hidden, RandomStream draws) {
   std::vector<Network::Range> ranges;
   for (const std::vector<double>& ends :
-       policy.rows("ranges", kAnyNumber, NetworkPolicy::kSignalsMax, 2, 2)) {
+       policy.rows("ranges", kAnyNumber, NetworkPolicy::kSignalsMax, 2, 2, {},
+                   {.meaning = "Where each input is expected, a row each",
+                   .example = "[[-1.0, 1.0], [-3.0, 3.0]]"})) {
     if (!(ends[0] < ends[1]) || !std::isfinite(ends[1] - ends[0])) {
       policy.refuse("ranges", "each must begin before it ends");
     }
@@ -182,11 +184,14 @@ bool is_alike(const Policy& known, const Demonstration& demonstration, int num_h
 }  // namespace
 
 StartPolicy read_network_start(SettingsReader& policy, const StartSources& sources) {
-  const bool is_constant = policy.choice("start", {"fit", "constant"}, "fit") == "constant";
-  const int num_hidden =
-      static_cast<int>(policy.integer("hidden", 1, NetworkPolicy::kHiddenMax, 5));
-  const RandomStream draws =
-      draws_of(static_cast<int>(policy.integer("seed", 0, 1'000'000'000, 1)));
+  const bool is_constant =
+      policy.choice("start", {"fit", "constant"}, "fit",
+                    {.meaning = "A fit to a demonstration, or one number for each output and no "
+                                "demonstration"}) == "constant";
+  const int num_hidden = static_cast<int>(
+      policy.integer("hidden", 1, NetworkPolicy::kHiddenMax, 5, {.meaning = "Hidden units"}));
+  const RandomStream draws = draws_of(static_cast<int>(policy.integer(
+      "seed", 0, 1'000'000'000, 1, {.meaning = "Of the numbers that a fit begins with"})));
   if (is_constant) return constant_network(policy, num_hidden, draws);
   const Demonstration demonstration = read_demonstration(policy.table("demonstration"), sources);
   StartPolicy start{.policy = {},

@@ -23,10 +23,16 @@ const std::vector<double> kLadder = {4, 5, 7, 11};
 /// The layers that a study names.
 std::shared_ptr<const SplineLadder> read_ladder(SettingsReader& policy, int degree,
                                                 LinearRange range,
-                                                const std::vector<double>& otherwise) {
+                                                const std::vector<double>& otherwise,
+                                                std::string_view default_in_words) {
   const std::vector<double> sizes =
       policy.numbers("coefficients", {.min = 1, .max = LinearPolicy::kSizeMax}, 1,
-                     SplineLadder::kLayersMax, otherwise);
+                     SplineLadder::kLayersMax, otherwise,
+                     {.meaning = "Of each output, layer by layer, coarse to fine: each has twice "
+                                 "the spans (coefficients - degree) of the one before",
+                      .otherwise = default_in_words,
+                      .rule = "each above degree, at most 256",
+                      .example = "[4, 5, 7, 11]"});
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     if (sizes[i] != std::floor(sizes[i])) policy.refuse("coefficients", "must hold integers");
     if (sizes[i] <= degree) {
@@ -48,7 +54,9 @@ std::shared_ptr<const SplineLadder> read_ladder(SettingsReader& policy, int degr
 }
 
 int read_degree(SettingsReader& policy) {
-  return static_cast<int>(policy.integer("degree", 0, BSpline::kDegreeMax, 3));
+  return static_cast<int>(
+      policy.integer("degree", 0, BSpline::kDegreeMax, 3,
+                     {.meaning = "Of the polynomials that the spline is made of"}));
 }
 
 std::shared_ptr<LinearPolicy> fit_sufficient_spline(SettingsReader& policy, int degree,
@@ -74,7 +82,8 @@ StartPolicy read_constant_spline(SettingsReader& policy, const std::vector<doubl
   const std::vector<double> values = read_constant_outputs(policy);
   std::vector<double> otherwise;
   for (const double cubic : sizes) otherwise.push_back(cubic - 3 + degree);
-  auto ladder = read_ladder(policy, degree, range, otherwise);
+  auto ladder = read_ladder(policy, degree, range, otherwise,
+                            "[4, 5, 7, 11] of degree 3; of others as many spans");
   Eigen::MatrixXd coefficients(values.size(), ladder->finest().size());
   for (std::size_t o = 0; o < values.size(); ++o) {
     coefficients.row(static_cast<Eigen::Index>(o)).setConstant(values[o]);
@@ -85,17 +94,26 @@ StartPolicy read_constant_spline(SettingsReader& policy, const std::vector<doubl
 }
 
 StartPolicy read_spline_start(SettingsReader& policy, const StartSources& sources) {
-  const bool is_constant = policy.choice("start", {"fit", "constant"}, "fit") == "constant";
+  const bool is_constant =
+      policy.choice(
+          "start", {"fit", "constant"}, "fit",
+          {.meaning =
+               "A fit to a demonstration, or one number for each output and no demonstration"}) ==
+      "constant";
   if (is_constant) return read_constant_spline(policy, kLadder);
   const int degree = read_degree(policy);
   const Demonstration demonstration = read_curve(policy, sources);
   const LinearRange range = range_of(demonstration);
   std::shared_ptr<LinearPolicy> fitted;
-  if (!policy.has("coefficients") || policy.is_word("coefficients", "auto")) {
-    policy.string("coefficients", "auto");
+  if (!policy.has("coefficients") ||
+      policy.is_word("coefficients", "auto",
+                     {.meaning = "As few as meet the demonstration within a tenth of its rms"})) {
+    policy.string("coefficients", "auto",
+                  {.meaning = "\"auto\": as few as meet the demonstration within a tenth of its "
+                              "rms; or as many as a list of integers says"});
     fitted = fit_sufficient_spline(policy, degree, range, demonstration.data);
   } else {
-    auto ladder = read_ladder(policy, degree, range, {});
+    auto ladder = read_ladder(policy, degree, range, {}, "\"auto\"");
     fitted = fit_linear_policy(std::make_shared<SplineForm>(std::move(ladder), nullptr),
                                demonstration.data)
                  .start;
@@ -124,7 +142,8 @@ StartPolicy read_correction_start(SettingsReader& policy, const StartSources& so
                               data.cols(), kRecordedMax));
   }
   auto ladder =
-      read_ladder(policy, degree, range_of(demonstration), {static_cast<double>(5 + degree)});
+      read_ladder(policy, degree, range_of(demonstration), {static_cast<double>(5 + degree)},
+                  "[8] of degree 3; of others as many spans");
   RecordedCurvePtr recorded;
   try {
     const Eigen::RowVectorXd inputs = data.row(0);

@@ -43,13 +43,20 @@ constexpr int kFirstRefinedForm = 3;
 FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration, int form) {
   FitSettings settings;
   settings.input_dim = demonstration.input_dim;
-  settings.em.num_iterations =
-      static_cast<int>(reader.integer("iterations", 0, 100000, settings.em.num_iterations));
+  settings.em.num_iterations = static_cast<int>(
+      reader.integer("iterations", 0, 100000, settings.em.num_iterations,
+                     {.meaning = "Of expectation maximisation, for each layer; components x "
+                                 "samples x iterations are at most 1e9"}));
   const Eigen::VectorXd& standard = demonstration.regularisation;
   const auto dim = static_cast<std::size_t>(standard.size());
-  const std::vector<double> regularisation =
-      reader.numbers("regularisation", {.min = 0, .max = 1e50}, dim, dim,
-                     std::vector<double>(standard.begin(), standard.end()));
+  const std::vector<double> regularisation = reader.numbers(
+      "regularisation", {.min = 0, .max = 1e50}, dim, dim,
+      std::vector<double>(standard.begin(), standard.end()),
+      {.meaning = "A variance for each input and output, added in each M step; above 0 for an "
+                  "output that does not vary",
+       .otherwise =
+           "[0.001, 1.0] of the cart's acceleration; of files 1e-4 of each column's variance",
+       .rule = "one for each input and output, each 0 to 1e50"});
   settings.em.regularisation =
       Eigen::Map<const Eigen::VectorXd>(regularisation.data(), standard.size());
   const Eigen::VectorXd outputs =
@@ -62,29 +69,43 @@ FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration, 
                     "here, must be above 0",
                     i + 1, settings.input_dim + i + 1));
   }
-  if (reader.choice("start", {"equally_spaced", "kmeans"}, "equally_spaced") == "kmeans") {
+  if (reader.choice("start", {"equally_spaced", "kmeans"}, "equally_spaced",
+                    {.meaning = "Where expectation maximisation begins: components over equal "
+                                "parts of the first input, or clusters of the data"}) == "kmeans") {
     settings.start = FitStart::kKmeans;
     if (!is_complete(demonstration.data)) {
       reader.refuse("start",
                     "of clusters needs all outputs of the demonstration: some are missing");
     }
-    settings.kmeans_seed =
-        static_cast<std::uint64_t>(reader.integer("kmeans_seed", 0, 1'000'000'000, 1));
+    settings.kmeans_seed = static_cast<std::uint64_t>(
+        reader.integer("kmeans_seed", 0, 1'000'000'000, 1,
+                       {.meaning = "Of the random numbers that seed the clusters"}));
   } else {
     const double suited = demonstration.output_deviation > 0 ? demonstration.output_deviation
                                                              : std::sqrt(outputs.maxCoeff());
-    settings.initial_output_deviation =
-        reader.number("initial_output_deviation", {.min = 1e-20, .max = 1e20}, suited);
+    settings.initial_output_deviation = reader.number(
+        "initial_output_deviation", {.min = 1e-20, .max = 1e20}, suited,
+        {.meaning = "zeta_2 of the components that expectation maximisation begins with",
+         .unit = "the output's unit",
+         .otherwise = "5 of the cart's acceleration; of files the largest deviation of a column "
+                      "but the first, or the root of the regularisation where none varies"});
   }
   settings.split.axis =
-      reader.choice("split_axis", {"cholesky", "principal"}, "cholesky") == "principal"
+      reader.choice("split_axis", {"cholesky", "principal"}, "cholesky",
+                    {.meaning = "Along which axis of a component its two children of the next "
+                                "layer lie, (3-6); counts for model = \"tree\""}) == "principal"
           ? SplitAxis::kPrincipal
           : SplitAxis::kCholesky;
   const char* otherwise = form < kFirstRefinedForm ? "none" : "regression";
-  if (reader.choice("refine", {"regression", "none"}, otherwise) == "regression") {
+  if (reader.choice("refine", {"regression", "none"}, otherwise,
+                    {.meaning = "Whether the fit goes on until its regression meets the "
+                                "demonstration; \"none\" is expectation maximisation alone, as in "
+                                "the thesis. samples x outputs x numbers^2 are at most 2e8"}) ==
+      "regression") {
     settings.refine.emplace();
     settings.refine->stop_relative_error = reader.number(
-        "stop_relative_error", {.min = 0, .max = 1}, settings.refine->stop_relative_error);
+        "stop_relative_error", {.min = 0, .max = 1}, settings.refine->stop_relative_error,
+        {.meaning = "Where the refinement stops: the error as a share of the outputs' rms"});
   }
   reader.finish();
   return settings;
@@ -93,7 +114,10 @@ FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration, 
 /// Number of components a layer, coarse to fine.
 std::vector<int> read_components(SettingsReader& policy, bool is_flat, Eigen::Index num_samples) {
   const std::vector<double> numbers = policy.numbers(
-      "components", {.min = 1, .max = kComponentsMax}, 1, kFitLayersMax, std::vector<double>{2, 4});
+      "components", {.min = 1, .max = kComponentsMax}, 1, kFitLayersMax, std::vector<double>{2, 4},
+      {.meaning = "Components of each layer, coarse to fine: of a tree each twice the one before; "
+                  "\"flat\" uses the last. The last is at most the number of samples",
+       .example = "[2, 4]"});
   std::vector<int> components;
   for (const double number : numbers) {
     if (number != std::floor(number)) policy.refuse("components", "must hold integers");
@@ -113,11 +137,13 @@ std::vector<int> read_components(SettingsReader& policy, bool is_flat, Eigen::In
 }
 
 ThetaLayout read_layout(SettingsReader& policy) {
-  const std::string word =
-      policy.choice("layout",
-                    {kThetaLayoutNames[0], kThetaLayoutNames[1], kThetaLayoutNames[2],
-                     kThetaLayoutNames[3], kThetaLayoutNames[4]},
-                    "means_cholesky");
+  const std::string word = policy.choice(
+      "layout",
+      {kThetaLayoutNames[0], kThetaLayoutNames[1], kThetaLayoutNames[2], kThetaLayoutNames[3],
+       kThetaLayoutNames[4]},
+      "means_cholesky",
+      {.meaning = "What is explored, the numbers of each component that theta holds: its means, "
+                  "and its couplings of input and output in a parameterisation"});
   std::size_t index = 0;
   while (kThetaLayoutNames[index] != word) ++index;
   return static_cast<ThetaLayout>(index);
@@ -199,7 +225,11 @@ void check_work(SettingsReader& policy, const std::vector<int>& sizes, const Eig
 
 StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, ThetaLayout layout,
                               const StartSources& sources) {
-  const std::string model = policy.choice("model", {"tree", "flat", "top_down_tree"}, "tree");
+  const std::string model = policy.choice(
+      "model", {"tree", "flat", "top_down_tree"}, "tree",
+      {.meaning =
+           "\"tree\": fitted coarse to fine, each layer split from the one above; \"flat\": the "
+           "finest layer alone; \"top_down_tree\": the finest layer is fitted and merged"});
   const Demonstration demonstration = read_demonstration(policy.table("demonstration"), sources);
   const Eigen::MatrixXd& data = demonstration.data;
   FitSettings fit = read_fit(policy.table("fit"), demonstration, sources.form);
@@ -209,7 +239,10 @@ StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, Thet
                     .demonstration = std::make_shared<const Eigen::MatrixXd>(data),
                     .demonstration_text = demonstration.text};
   const bool is_flat = model == "flat";
-  const bool is_automatic = policy.is_word("components", "auto");
+  const bool is_automatic = policy.is_word(
+      "components", "auto",
+      {.meaning = "As few components as meet the demonstration within a tenth of its rms, at most "
+                  "16; of a tree two layers of them; needs fit.refine = \"regression\""});
   if (is_automatic && !fit.refine) {
     policy.refuse("components", "\"auto\" needs fit.refine = \"regression\"");
   }
@@ -254,7 +287,8 @@ StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, Thet
 }
 
 TreeModel given_components(SettingsReader& policy, FrameKind frame_kind) {
-  const std::string model = policy.choice("model", {"tree", "flat"}, "tree");
+  const std::string model = policy.choice("model", {"tree", "flat"}, "tree",
+                                          {.meaning = "All layers, or the finest alone"});
   TreeModel tree = read_component_layers(policy, frame_kind);
   return model == "tree" ? tree : TreeModel::from_global(frame_kind, {tree.finest()}, {{}});
 }
@@ -262,10 +296,19 @@ TreeModel given_components(SettingsReader& policy, FrameKind frame_kind) {
 }  // namespace
 
 StartPolicy read_start_policy(SettingsReader& policy, const StartSources& sources) {
-  const bool is_given = policy.choice("start", {"fit", "components"}, "fit") == "components";
+  const bool is_given =
+      policy.choice(
+          "start", {"fit", "components"}, "fit",
+          {.meaning =
+               "Where the policy comes from: a fit to a demonstration, or component by component "
+               "from the tables layer_1, layer_2 and so on, at most 8, coarse to fine"}) ==
+      "components";
   const ThetaLayout layout = read_layout(policy);
   const FrameKind frame_kind =
-      policy.choice("frames", {"eigenvector", "cholesky"}, "eigenvector") == "cholesky"
+      policy.choice(
+          "frames", {"eigenvector", "cholesky"}, "eigenvector",
+          {.meaning = "In which frame of its parent a component of a finer layer is held"}) ==
+              "cholesky"
           ? FrameKind::kCholesky
           : FrameKind::kEigenvector;
   if (!is_given) return fit_demonstration(policy, frame_kind, layout, sources);

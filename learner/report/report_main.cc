@@ -37,6 +37,9 @@ int report_main(int argc, char** argv) {
       argc, argv,
       {.name = "treeroll-report",
        .purpose = "Says what studies have found: tables, statistics and figures in one HTML file.",
+       .examples = {{"treeroll-report treeroll-runs/swing_up", "writes report/report.html"},
+                    {"treeroll-report runs/a runs/b --claims my_claims.toml",
+                     "two studies, and claims held against them"}},
        .options = [&](CommandLine& line) { describe(line, options); },
        .work = [&] { return report(options); }});
 }

@@ -40,7 +40,10 @@ void check_state_directory(const fs::path& directory) {
     // An empty journal is what a learner leaves that has only come as far as locking it.
     std::error_code not_a_file;
     if (entry == journal_of(directory) && fs::file_size(entry, not_a_file) == 0) continue;
-    refuse("must be new or empty; it may hold what an earlier study has yielded");
+    refuse(
+        "must be new or empty; it may hold what an earlier study has yielded. --resume goes on "
+        "with that, "
+        "--state-dir names another");
   }
   if (error) refuse(error.message());
 }

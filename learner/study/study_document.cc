@@ -12,6 +12,7 @@
 
 #include "common/base/settings_reader.h"
 #include "common/protocol/limits.h"
+#include "learner/study/document_keys.h"
 #include "learner/study/resolved_study.h"
 #include "learner/study/setting_overlay.h"
 #include "learner/study/study_source.h"
@@ -73,8 +74,7 @@ Factor read_named(const json& entry, const std::string& path, const SettingOrigi
   json scratch;
   SettingsReader reader(entry, path, scratch);
   Factor factor;
-  factor.name = reader.string("name");
-  if (factor.name.empty()) reader.refuse("name", "must not be empty");
+  factor.name = read_condition_name(reader);
   factor.location = origin_of(origins, path + ".name");
   factor.overlay = SettingOverlay(entry, origins_below(origins, path));
   factor.overlay.settings->erase("name");
@@ -97,27 +97,10 @@ std::string name_of(const json& value, const std::string& path) {
   return fmt::format("{}", fmt::join(parts, "_"));
 }
 
-const json& list_of(const json& table, const std::string& key, const std::string& path = "") {
-  const std::string full = path.empty() ? key : path + "." + key;
-  const auto found = table.find(key);
-  if (found == table.end()) throw ConfigError(full, "", "is required and missing");
-  if (!found->is_array() || found->empty()) {
-    throw ConfigError(full, "", "must be a list that is not empty");
-  }
-  if (found->size() > kConditionsMax) {
-    throw ConfigError(
-        full, "",
-        fmt::format("holds {} entries: must be at most {}", found->size(), kConditionsMax));
-  }
-  return *found;
-}
-
 /// An axis of one key with its values.
-std::vector<Factor> read_values(const json& axis, const std::string& path,
+std::vector<Factor> read_values(SettingsReader& reader, const std::string& path,
                                 const SettingOrigins& origins, std::vector<std::string>& keys) {
-  json scratch;
-  SettingsReader reader(axis, path, scratch);
-  const std::string key = reader.string("key");
+  const std::string key = read_axis_key(reader);
   const std::vector<std::string> parts = split_key(key);
   if (parts.size() < 2 || !is_table_name(parts.front())) {
     reader.refuse(
@@ -128,7 +111,7 @@ std::vector<Factor> read_values(const json& axis, const std::string& path,
   }
   keys.push_back(key);
   std::vector<Factor> factors;
-  for (const json& value : list_of(axis, "values", path)) {
+  for (const json& value : read_axis_values(reader)) {
     Factor factor;
     factor.location = origin_of(origins, path + ".values");
     factor.name = fmt::format("{}={}", parts.back(), name_of(value, path + ".values"));
@@ -142,16 +125,19 @@ std::vector<Factor> read_values(const json& axis, const std::string& path,
 std::vector<Factor> read_axis(const json& axis, const std::string& path,
                               const SettingOrigins& origins, std::vector<std::string>& keys) {
   if (!axis.is_object()) throw ConfigError(path, "", "must be a table");
-  const bool has_options = axis.contains("options");
+  json scratch;
+  SettingsReader reader(axis, path, scratch);
+  read_axis_name(reader);
+  const bool has_options = reader.has("options");
   for (const auto& [key, value] : axis.items()) {
-    if (key == "name" && value.is_string()) continue;  // for files that extend this one
+    if (key == "name") continue;
     if (has_options ? key == "options" : key == "key" || key == "values") continue;
     throw ConfigError(path + "." + key, "",
                       "an axis has either key and values, or options; and a name, or none");
   }
-  if (!has_options) return read_values(axis, path, origins, keys);
+  if (!has_options) return read_values(reader, path, origins, keys);
   std::vector<Factor> factors;
-  for (const json& option : list_of(axis, "options", path)) {
+  for (const json& option : read_axis_options(reader)) {
     const std::string below = fmt::format("{}.options[{}]", path, factors.size());
     factors.push_back(read_named(option, below, origins));
   }
@@ -271,9 +257,11 @@ StudyDocument::StudyDocument(const std::filesystem::path& file,
                                       fmt::join(kTables, ", ")));
       }
     }
+    json scratch;
+    SettingsReader lists(document, "", scratch);
     if (document.contains("conditions")) {
       std::vector<Factor> conditions;
-      for (const json& entry : list_of(document, "conditions")) {
+      for (const json& entry : read_conditions(lists)) {
         conditions.push_back(
             read_named(entry, fmt::format("conditions[{}]", conditions.size()), origins));
       }
@@ -281,7 +269,7 @@ StudyDocument::StudyDocument(const std::filesystem::path& file,
     }
     if (document.contains("axes")) {
       std::size_t index = 0;
-      for (const json& axis : list_of(document, "axes")) {
+      for (const json& axis : read_axes(lists)) {
         parts_->factors.push_back(
             read_axis(axis, fmt::format("axes[{}]", index++), origins, axis_keys));
       }

@@ -3,25 +3,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
-#include <string_view>
 #include <utility>
 
 #include "common/base/settings_reader.h"
+#include "common/policy/policy_bounds.h"
 #include "common/protocol/limits.h"
-#include "learner/core/numeric_classes.h"
 #include "learner/explore/exploration_settings.h"
 #include "learner/study/demonstration_file.h"
 #include "learner/study/message_sizes.h"
 #include "learner/study/policy_file.h"
 #include "learner/study/study_document.h"
+#include "learner/study/study_table.h"
 #include "learner/study/task_csv.h"
 #include "learner/study/task_table.h"
 
@@ -30,19 +27,12 @@ namespace {
 
 using nlohmann::json;
 
-using protocol::kInFlightMax;
 using protocol::kInFlightTotalMax;
-using protocol::kRolloutsMax;
 using protocol::kRolloutsTotalMax;
 using protocol::kRunsMax;
 
-constexpr std::size_t kStudyNameBytesMax = 64;
-constexpr std::int64_t kFinalEvaluationsMax = 1000;
-constexpr std::int64_t kDiscardsMax = 1000;
-/// Three years: far from where nanoseconds overflow.
-constexpr double kStopAfterMaxS = 1e8;
-
-constexpr const char* kGivenPolicy = "given";
+/// The table of [policy] that counts for a given policy as well.
+constexpr const char* kBounds = "bounds";
 
 /// A start policy with its settings, defaults included.
 struct ResolvedPolicy {
@@ -73,7 +63,7 @@ class PolicyCache {
     std::optional<ResolvedPolicy> given;
     if (settings.contains(kGivenPolicy)) {
       given = read_given(settings);
-      settings.erase(kGivenPolicy);
+      for (const char* counts : {kGivenPolicy, kBounds}) settings.erase(counts);
       if (settings.empty()) return *given;
     }
     json resolved;
@@ -102,9 +92,16 @@ class PolicyCache {
   ResolvedPolicy read_given(const json& settings) const {
     json resolved;
     SettingsReader reader(settings, "policy", resolved);
-    Result<PolicyPtr> policy = registry_.from_json(reader.string(kGivenPolicy));
+    Result<PolicyPtr> policy = registry_.from_json(*read_given_policy(reader));
     if (!policy) throw ConfigError("policy.given", "", policy.error().message);
-    return {.start = {.policy = *std::move(policy)}, .settings = std::move(resolved)};
+    ResolvedPolicy given{.start = {.policy = *std::move(policy)}, .settings = std::move(resolved)};
+    if (!reader.has(kBounds)) return given;
+    // Of all that stands beside a given policy these count: they are part of it from now on.
+    PolicyPtr& start = given.start.policy;
+    start = without_bounds(start);
+    start = bounded(start, read_policy_bounds(reader.table(kBounds), start));
+    given.settings = {{kGivenPolicy, to_json(*start)}};
+    return given;
   }
 
   const PolicyRegistry& registry_;
@@ -127,69 +124,17 @@ std::filesystem::path path_of(const std::filesystem::path& study_file,
 void read_start_file(const std::filesystem::path& study_file, const SettingOrigins& origins,
                      const PolicyRegistry& policies, json& policy) {
   constexpr const char* kKey = "policy.start_file";
-  const auto found = policy.find("start_file");
-  if (found == policy.end()) return;
-  if (!found->is_string()) throw ConfigError(kKey, found->dump(), "must be a string");
-  if (policy.contains(kGivenPolicy)) {
-    throw ConfigError(kKey, found->dump(), "must not stand beside policy.given");
-  }
-  const std::filesystem::path path = path_of(study_file, origins, kKey, found->get<std::string>());
+  json scratch;
+  SettingsReader reader(policy, "policy", scratch);
+  const auto name = read_start_file_name(reader);
+  if (!name) return;
+  const std::filesystem::path path = path_of(study_file, origins, kKey, *name);
   policy[kGivenPolicy] = to_json(*read_policy_file(kKey, path, policies).policy);
   policy.erase("start_file");
 }
 
-/// It becomes the name of a folder.
-void check_study_name(const SettingsReader& reader, const std::string& name) {
-  const auto usable = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           std::string_view("_-.").find(c) != std::string_view::npos;
-  };
-  const bool starts_well = !name.empty() && name[0] != '.' && name[0] != '-';
-  if (starts_well && name.size() <= kStudyNameBytesMax &&
-      std::all_of(name.begin(), name.end(), usable)) {
-    return;
-  }
-  reader.refuse("name", fmt::format("must be 1 to {} letters, digits and _ . -, and begin with "
-                                    "none of . and -",
-                                    kStudyNameBytesMax));
-}
-
-/// What [study] says to a condition.
-struct Budget {
-  int num_rollouts = 0;
-  int in_flight = 1;
-};
-
-/// Reads [study]: what all conditions share into `study`, and what each has for itself.
-Budget read_study_table(const json& settings, Study& study, json& resolved) {
-  SettingsReader reader(settings, "study", resolved);
-  study.name = reader.string("name");
-  check_study_name(reader, study.name);
-  study.seed = static_cast<std::uint64_t>(
-      reader.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 1));
-  study.repetitions = static_cast<int>(reader.integer("repetitions", 1, kRunsMax, 1));
-  study.in_sequence = reader.choice("order", {"sequence", "arrival"}, "sequence") == "sequence";
-  study.numeric_class = reader.string("numeric_class", learner::kAnyClass);
-  if (study.numeric_class.empty() || study.numeric_class.size() > protocol::kNumericClassBytesMax) {
-    reader.refuse("numeric_class",
-                  "must be \"any\", \"one\" or the name of a class, as replay shows it");
-  }
-  const auto stop_after_s =
-      reader.optional_number("stop_after_s", {.min = 1e-3, .max = kStopAfterMaxS});
-  if (stop_after_s) study.stop_after = std::chrono::nanoseconds(std::llround(*stop_after_s * 1e9));
-  study.final_evaluations =
-      static_cast<int>(reader.integer("final_evaluations", 1, kFinalEvaluationsMax, 1));
-  study.discards_max =
-      static_cast<int>(reader.integer("discards_max", 0, kDiscardsMax, Study{}.discards_max));
-  Budget budget;
-  budget.num_rollouts = static_cast<int>(reader.integer("rollouts", 1, kRolloutsMax));
-  budget.in_flight = static_cast<int>(reader.integer("in_flight", 1, kInFlightMax, 1));
-  reader.finish();
-  return budget;
-}
-
 explore::ExplorationSettings read_exploration(const json& settings, const Policy& policy,
-                                              Budget budget, json& resolved) {
+                                              StudyBudget budget, json& resolved) {
   SettingsReader reader(settings, "exploration", resolved);
   explore::ExplorationSettings exploration = explore::read_exploration_settings(reader, policy);
   reader.finish();
@@ -303,7 +248,9 @@ class StudyBuilder {
 
   Condition read(const std::string& name, const json& settings) {
     json study_table;
-    const Budget budget = read_study_table(settings.at("study"), loaded_.study, study_table);
+    SettingsReader reader(settings.at("study"), "study", study_table);
+    const StudyBudget budget = read_study_table(reader, loaded_.study);
+    reader.finish();
     check_totals(budget);
     std::string task_content = read_task_table(settings.at("task"));
     const ResolvedPolicy& policy = policies_.get(settings.at("policy"));
@@ -338,7 +285,7 @@ class StudyBuilder {
     loaded_.resolved.conditions.push_back(std::make_shared<json>(std::move(condition)));
   }
 
-  void check_totals(Budget budget) {
+  void check_totals(StudyBudget budget) {
     const std::int64_t repetitions = loaded_.study.repetitions;
     const auto num_conditions = static_cast<std::int64_t>(document_.num_conditions());
     if (num_conditions * repetitions > kRunsMax) {

@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "common/base/settings_reader.h"
+#include "learner/study/document_keys.h"
 #include "learner/study/setting_overlay.h"
 #include "learner/study/toml_source.h"
 
@@ -61,21 +63,24 @@ void extend(Source& target, Source source) {
 Source read(const std::filesystem::path& file, int num_files) {
   Source source;
   source.origins = read_toml_file(file, source.content, "[study] and a condition", &source.text);
-  const auto found = source.content.find("extends");
-  if (found == source.content.end()) return source;
-  const auto refuse = [&](const std::string& rule) {
-    const std::string value = found->dump(-1, ' ', false, json::error_handler_t::replace);
-    throw StudyError(origin_of(source.origins, "extends"), ConfigError("extends", value, rule));
-  };
-  if (!found->is_string()) refuse("must be the path of a study file");
-  if (num_files == kExtendedFilesMax) {
-    refuse(
-        fmt::format("is one file too many: must be at most {}, each extending the next; do they "
-                    "extend each other?",
-                    kExtendedFilesMax));
+  json scratch;
+  SettingsReader reader(source.content, "", scratch);
+  std::optional<std::string> other;
+  try {
+    other = read_extends(reader);
+    if (other && num_files == kExtendedFilesMax) {
+      reader.refuse(
+          "extends",
+          fmt::format("is one file too many: must be at most {}, each extending the next; "
+                      "do they extend each other?",
+                      kExtendedFilesMax));
+    }
+  } catch (const ConfigError& error) {
+    throw StudyError(origin_of(source.origins, "extends"), error);
   }
-  Source extended = read(file.parent_path() / found->get<std::string>(), num_files + 1);
-  source.content.erase(found);
+  if (!other) return source;
+  Source extended = read(file.parent_path() / *other, num_files + 1);
+  source.content.erase("extends");
   extended.text = std::move(source.text);
   extend(extended, std::move(source));
   return extended;

@@ -18,11 +18,18 @@ constexpr const char* kDescribed = "described";
 
 }  // namespace
 
+std::string read_task_name(SettingsReader& reader) {
+  std::string name = reader.string(
+      "name", {},
+      {.meaning = "A task that a worker knows; the other keys of [task] are the task's own"});
+  if (name.empty()) reader.refuse("name", "must not be empty");
+  return name;
+}
+
 std::string read_task_table(const json& table) {
   json scratch;
   SettingsReader reader(table, "task", scratch);
-  const std::string name = reader.string("name");
-  if (name.empty()) reader.refuse("name", "must not be empty");
+  const std::string name = read_task_name(reader);
   json task_settings = table;
   task_settings.erase("name");
   task_settings.erase(kDescribed);

@@ -13,6 +13,10 @@
 namespace treeroll {
 
 struct LoadedStudy;
+class SettingsReader;
+
+/// The one key of [task] that is not the task's own. Throws ConfigError.
+std::string read_task_name(SettingsReader& task);
 
 /// Condition::task_content of a table. Throws ConfigError.
 std::string read_task_table(const nlohmann::json& table);

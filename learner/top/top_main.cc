@@ -138,6 +138,8 @@ int top_main(int argc, char** argv) {
   return run_main(argc, argv,
                   {.name = "treeroll-top",
                    .purpose = "Shows who learns and who works on an LCM group, on a terminal.",
+                   .examples = {{"treeroll-top", "who learns and who works, kept up to date"},
+                                {"treeroll-top --once", "the same, printed once"}},
                    .options = describe,
                    .work = [&] {
                      Top(options).run();

@@ -52,6 +52,7 @@ struct Connection {
   bool keeps_alive = false;
   std::string head;  ///< of the response that is being written
   std::shared_ptr<const std::string> body;
+  TimePoint begun_at;
   std::size_t written = 0;
   bool is_writing = false;
 };
@@ -224,7 +225,8 @@ struct HttpServer::Implementation {
     connection->body = is_head ? std::make_shared<const std::string>() : response.body;
     connection->written = 0;
     connection->is_writing = true;
-    connection->deadline = loop.now() + limits.response;
+    connection->begun_at = loop.now();
+    connection->deadline = connection->begun_at + limits.response;
     write(connection);
   }
 
@@ -247,7 +249,8 @@ struct HttpServer::Implementation {
       if (error) return end(*connection);
       connection->written += size;
       connection->active_at = loop.now();
-      connection->deadline = connection->active_at + limits.response;
+      connection->deadline = std::min(connection->active_at + limits.response,
+                                      connection->begun_at + limits.response_in_all);
     }
     connection->body.reset();
     if (!connection->keeps_alive) return hang_up(connection);

@@ -16,7 +16,8 @@ struct HttpLimits {
   std::size_t request_bytes_max = 8192;         ///< of line and headers
   Duration request = std::chrono::seconds(10);  ///< from its first byte to its last
   Duration idle = std::chrono::seconds(60);     ///< between two requests of a connection
-  Duration response = std::chrono::seconds(30);  ///< without reading any of it
+  Duration response = std::chrono::seconds(30);         ///< without reading any of it
+  Duration response_in_all = std::chrono::minutes(10);  ///< from its first byte to its last
   /// Of this thread: everything the server does, for however many browsers.
   TimeShare::Limit thread{.share = 0.05, .at_once = std::chrono::milliseconds(100)};
 };

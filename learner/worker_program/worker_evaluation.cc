@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -81,6 +82,10 @@ std::optional<PolicyEvaluation> read_answer(const json& said, const TaskDescript
     // Executables built against an earlier version give no reason.
     const std::string reason = evaluation.value("reason", "");
     PolicyEvaluation done{.outcome = {reward, *status, cut_text(reason, kOutcomeReasonBytesMax)}};
+    if (evaluation.contains("duration_s")) {
+      const auto duration_s = evaluation["duration_s"].get<double>();
+      if (std::isfinite(duration_s) && duration_s >= 0) done.duration_s = duration_s;
+    }
     if (evaluation.contains("terms")) {
       for (const auto& [term, number] : evaluation["terms"].items()) {
         done.terms[term] = number_or_nan(number);

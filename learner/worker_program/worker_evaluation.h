@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "common/base/outcome.h"
@@ -23,6 +24,8 @@ struct PolicyEvaluation {
   Outcome outcome;
   /// What the reward is made of, by name, if the task says so.
   std::map<std::string, double> terms = {};
+  /// That the task took, on the clock; nothing if the executable does not say, or was ended.
+  std::optional<double> duration_s = {};
   RolloutTrace trace = {};  ///< empty if it was not asked for, or the task records none
 };
 

@@ -136,10 +136,11 @@ TEST(BadPathTest, AMissingStudyAFolderAndAFullStateDirectoryAreRefused) {
   const std::string good = service.study(kGood).string();
   says({good, "--lcm-url", service.url(), "--state-dir", service.directory().string()},
        "--state-dir = " + service.directory().string() + ": must be new or empty");
+  says({"nowhere.toml"}, "STUDY = nowhere.toml: no such file; treeroll-learner --new FILE");
   says({good, "--lcm-url", service.url(), "--state-dir", good}, "must be a directory");
   says({"--resume", service.directory().string()}, "must be the state directory of a study");
   says({good, "--resume", service.directory().string()}, "--resume");
-  says({}, "STUDY or --resume");
+  says({}, "STUDY, --resume DIR, --new FILE or --help-keys");
 }
 
 TEST(BadPathTest, TheStateDirectoryOfALearnerAtWorkIsNotTaken) {

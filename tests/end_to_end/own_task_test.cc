@@ -113,6 +113,21 @@ TEST_F(OwnTaskTest, ThePythonPackageIsInstalledWhole) {
   EXPECT_THAT(python.standard_output(), HasSubstr(prefix_.string()));
 }
 
+TEST_F(OwnTaskTest, InstallsAPageAndACompletionOfEachProgram) {
+  int num_programs = 0;
+  for (const auto& entry : fs::directory_iterator(prefix_ / "bin")) {
+    const std::string name = entry.path().filename();
+    if (!name.starts_with("treeroll-")) continue;
+    ++num_programs;
+    EXPECT_THAT(read_file(prefix_ / "share/man/man1" / (name + ".1")), HasSubstr(".SH EXAMPLES"))
+        << name;
+    EXPECT_THAT(read_file(prefix_ / "share/bash-completion/completions" / name),
+                HasSubstr("complete -o filenames -F"))
+        << name;
+  }
+  EXPECT_GE(num_programs, 8);
+}
+
 TEST_F(OwnTaskTest, FindsEachHeaderThatAnInstalledOneIncludes) {
   const fs::path headers = prefix_ / "include/treeroll";
   const std::regex include("#include \"([^\"]+)\"");

@@ -73,6 +73,7 @@ class Manager {
                                [&](const std::string& one) { return one.starts_with(beginning); });
   }
   void forget() { heard_.clear(); }
+  const std::vector<std::string>& heard() const { return heard_; }
 
  private:
   int socket_;
@@ -84,17 +85,18 @@ TEST(UnitsTest, AServiceManagerIsToldWhoServesAndThatItsLoopTurns) {
   const fs::path path = service.directory() / "notify";
   Manager manager(path);
   const std::map<std::string, std::string> environment = {
-      {"PATH", "/usr/bin:/bin"}, {"NOTIFY_SOCKET", path.string()}, {"WATCHDOG_USEC", "300000"}};
+      {"PATH", "/usr/bin:/bin"}, {"NOTIFY_SOCKET", path.string()}, {"WATCHDOG_USEC", "3000000"}};
   Daemon worker("treeroll-worker", {"--processes", "1", "--lcm-url", service.url()},
                 service.directory(), environment);
   ASSERT_TRUE(eventually(seconds(20), [&] { return manager.has_heard("READY=1"); }));
+  EXPECT_TRUE(manager.heard().front().starts_with("READY=1"));  // before it nobody is to watch
   manager.forget();
   ASSERT_TRUE(eventually(seconds(20), [&] { return manager.has_heard("WATCHDOG=1"); }));
   worker.kill(SIGSTOP);  // hangs, that is
   ASSERT_FALSE(eventually(seconds(1), [] { return false; }));
   manager.has_heard("");
   manager.forget();
-  ASSERT_FALSE(eventually(seconds(1), [&] { return manager.has_heard("WATCHDOG=1"); }));
+  ASSERT_FALSE(eventually(seconds(3), [&] { return manager.has_heard("WATCHDOG=1"); }));
   worker.kill(SIGCONT);
   ASSERT_TRUE(eventually(seconds(20), [&] { return manager.has_heard("WATCHDOG=1"); }));
 
@@ -112,6 +114,13 @@ TEST(UnitsTest, AServiceManagerIsToldWhoServesAndThatItsLoopTurns) {
   EXPECT_EQ(learner.wait(seconds(60)), 0) << learner.standard_error();
   EXPECT_TRUE(manager.has_heard("READY=1"));
   EXPECT_TRUE(manager.has_heard("STATUS=0 of "));
+  // Started again, it has nothing to do, which is no failure to start.
+  manager.forget();
+  Daemon again("treeroll-learner",
+               {"--resume", (service.directory() / "state").string(), "--lcm-url", service.url()},
+               service.directory(), environment);
+  EXPECT_EQ(again.wait(seconds(60)), 0) << again.standard_error();
+  EXPECT_TRUE(manager.has_heard("READY=1"));
   worker.kill(SIGTERM);
   EXPECT_EQ(worker.wait(seconds(20)), 0) << worker.standard_error();
   EXPECT_TRUE(manager.has_heard("STOPPING=1"));

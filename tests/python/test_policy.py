@@ -43,6 +43,28 @@ class PolicyTest(unittest.TestCase):
             with self.assertRaises(PolicyError, msg=repr(numbers)):
                 policy.act(numbers)
 
+    def test_obeys_the_bounds_of_its_text(self):
+        bounds = {"outside": "clip", "theta_min": [], "theta_max": [2.0], "output_min": [],
+                  "output_max": [0.5], "output_rate_max": [1.0], "sample_time_s": 0.1,
+                  "output_start": [0.0]}
+        text = json.loads(policy_text())
+        policy = Policy({**text, "bounds": bounds})
+        policy.start()
+        self.assertEqual([policy(9) for _ in range(6)], [0.1, 0.2, 0.1 + 0.2, 0.1 + 0.2 + 0.1, 0.5, 0.5])
+        policy.theta = [0.5, 9.0]
+        self.assertEqual(policy.theta, [0.5, 2.0])
+        self.assertEqual(json.loads(policy.text)["bounds"], bounds)
+
+        refusing = Policy({**text, "bounds": {**bounds, "outside": "refuse", "output_rate_max": [],
+                                              "sample_time_s": 0.0, "output_start": []}})
+        refusing.start()
+        self.assertEqual(refusing(0.5), 0.25)
+        with self.assertRaisesRegex(PolicyError, "output 1 is 4.5, must be at most 0.5"):
+            refusing(9)
+        with self.assertRaisesRegex(PolicyError, "element 2 of theta is 9, must be at most 2"):
+            refusing.theta = [0.5, 9.0]
+        self.assertEqual(refusing.theta, [0.5, 0.25])
+
     def test_each_thread_hears_of_its_own_error(self):
         said = []
 

@@ -98,8 +98,7 @@ TEST(StudySourceTest, AChainOfFilesIsOneStudy) {
 }
 
 TEST(StudySourceTest, RefusesWhatCannotBeExtended) {
-  EXPECT_EQ(refused(StudyBesideItsBase("extends = 7\n")),
-            "FILE:1: extends = 7: must be the path of a study file");
+  EXPECT_EQ(refused(StudyBesideItsBase("extends = 7\n")), "FILE:1: extends = 7: must be a string");
   EXPECT_EQ(refused(StudyBesideItsBase("\nextends = \"study.toml\"\n")),
             "FILE:2: extends = \"study.toml\": is one file too many: must be at most 8, each "
             "extending the next; do they extend each other?");

@@ -5,6 +5,7 @@
 #include "common/base/config_error.h"
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
+#include "common/base/settings_reference.h"
 #include "common/mixture/gmr.h"
 #include "tests/tasks/rollouts.h"
 #include "workers/tasks/task.h"
@@ -55,6 +56,18 @@ TEST(TaskRegistryTest, MakesATaskOfOnesOwn) {
       1, {{.prior = 1, .mean = Eigen::Vector2d(0, 3), .covariance = Eigen::Matrix2d::Identity()}});
   EXPECT_EQ(evaluate(*task, there, 0).reward(), 1);
   EXPECT_EQ(resolved, json::parse(R"({"goal_m": 3.0})"));
+}
+
+TEST(TaskRegistryTest, EverySettingHasAMeaningAndNoneIsHidden) {
+  TaskRegistry tasks;
+  add_standard_tasks(tasks);
+  for (const std::string& name : tasks.names()) {
+    const SettingsReference settings = tasks.settings(name);
+    EXPECT_TRUE(settings.refused.empty()) << name << ": " << settings.refused.front();
+    EXPECT_FALSE(settings.keys.empty()) << name;
+    for (const ListedKey& key : settings.keys) EXPECT_NE(key.note.meaning, "") << key.note.key;
+  }
+  EXPECT_EQ(registry().settings("reach").keys.size(), 1u);
 }
 
 TEST(TaskRegistryTest, NamesTheTasksItKnows) {

@@ -82,6 +82,13 @@ class HttpServerTest : public testing::Test {
              static_cast<ssize_t>(bytes.size());
     }
     /// Up to the end of the stream, or of patience.
+    /// At most so much of what is there.
+    std::string some(std::size_t size) const {
+      std::string text(size, '\0');
+      const ssize_t got = ::recv(descriptor_, text.data(), size, MSG_DONTWAIT);
+      text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+      return text;
+    }
     std::string rest() const {
       std::string text;
       char bytes[65536];
@@ -198,6 +205,21 @@ TEST_F(HttpServerTest, BrowsersThatNeverReadHoldNobodyUp) {
   std::this_thread::sleep_for(seconds(3));
   const std::string part = deaf.front()->rest();
   EXPECT_LT(part.size(), kLarge);
+}
+
+TEST_F(HttpServerTest, WhoReadsALittleNowAndThenIsHungUpOnToo) {
+  start({.response = seconds(1),
+         .response_in_all = seconds(3),
+         .thread = {.share = .9, .at_once = seconds(1)}});
+  const Browser slow(port_, 2048);
+  ASSERT_TRUE(slow.send("GET /large HTTP/1.1\r\nHost: localhost\r\n\r\n"));
+  std::size_t num_read = 0;
+  for (int i = 0; i < 25; ++i) {  // 5 s
+    num_read += slow.some(40'000).size();
+    std::this_thread::sleep_for(milliseconds(200));
+  }
+  EXPECT_EQ(server_->num_connections(), 0U);
+  EXPECT_LT(num_read, kLarge);
 }
 
 TEST_F(HttpServerTest, ThousandsOfConnectionsLeaveRoomForTheNext) {

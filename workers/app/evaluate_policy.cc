@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -113,8 +114,10 @@ int evaluate_policy(TaskSource& tasks) {
     turn_off_core_dumps();
     tasks.limit_cpu_time(description.time_limit_s);
     Trace trace;
+    const auto start = std::chrono::steady_clock::now();
     const Outcome outcome =
         evaluate(*task, {.policy = policy, .seed = request.seed}, request.trace ? &trace : nullptr);
+    const std::chrono::duration<double> duration_s = std::chrono::steady_clock::now() - start;
     if (!trace.is_complete()) {
       throw ConfigError("trace", "",
                         fmt::format("the roll-out has more than {} numbers to record; take longer "
@@ -125,7 +128,8 @@ int evaluate_policy(TaskSource& tasks) {
               {"evaluation",
                {{"reward", outcome.reward()},
                 {"status", name(outcome.status())},
-                {"reason", outcome.reason()}}}};
+                {"reason", outcome.reason()},
+                {"duration_s", duration_s.count()}}}};
     if (!task->terms().empty()) said["evaluation"]["terms"] = task->terms();
     if (request.trace) said["trace"] = to_json(trace);
     return answer.give(said);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <memory>
+#include <optional>
 
 #include "common/base/config_error.h"
 #include "common/base/content_hash.h"
@@ -20,6 +21,7 @@
 #include "common/transport/bus.h"
 #include "workers/app/evaluate_policy.h"
 #include "workers/app/evaluator.h"
+#include "workers/app/help_tasks.h"
 #include "workers/app/host_facts.h"
 #include "workers/app/process_limits.h"
 #include "workers/app/program_log.h"
@@ -39,6 +41,8 @@ struct Options {
   int exit_when_idle_s = 0;
   bool describe_task = false;
   bool evaluate = false;
+  std::optional<std::string> help_tasks;
+  std::string task_example;
   std::string evaluator;
   std::string numeric_class;
   int memory_limit_mb = 0;
@@ -142,6 +146,9 @@ void describe(CommandLine& line, Options& options) {
       .shows_default();
   line.add("--evaluator-socket", options.evaluator_socket, "").hidden();
   line.add("--parent", options.parent_pid, "").hidden();
+  line.add("--task-example", options.task_example, "").hidden();
+  line.add("--help-tasks", options.help_tasks,
+           "Print the settings of its tasks, all or those that hold the text, and end");
 }
 
 std::unique_ptr<TaskSource> source_of(const Options& options, const TaskRegistry& registry) {
@@ -165,6 +172,11 @@ int serve_daemon(const Options& options, const TaskRegistry& registry) {
 }
 
 int work(const Options& options, const TaskRegistry& registry) {
+  if (options.help_tasks) {
+    print_tasks(registry, *options.help_tasks);
+    return kExitDone;
+  }
+  if (!options.task_example.empty()) return print_task_example(registry, options.task_example);
   const bool serves = options.evaluator_socket < 0 && !options.evaluate && !options.describe_task;
   if (serves) return serve(options);
   constexpr std::uint64_t kBytesPerMb = 1'000'000;
@@ -183,12 +195,18 @@ namespace treeroll {
 
 int worker_main(int argc, char** argv, const TaskRegistry& registry) {
   worker::Options options;
-  return run_main(argc, argv,
-                  {.name = "treeroll-worker",
-                   .purpose = "Evaluates roll-outs for the learners on an LCM network.",
-                   .log_name = "worker",
-                   .options = [&](CommandLine& line) { worker::describe(line, options); },
-                   .work = [&] { return worker::work(options, registry); }});
+  return run_main(
+      argc, argv,
+      {.name = "treeroll-worker",
+       .purpose = "Evaluates roll-outs for the learners on an LCM network.",
+       .log_name = "worker",
+       .examples = {{"treeroll-worker --processes 4", "simulate for the learners of this host"},
+                    {"treeroll-worker --lcm-url 'udpm://239.255.76.67:7667?ttl=1'",
+                     "for those of the local network"},
+                    {"treeroll-worker --evaluator 'python3 my_task.py'",
+                     "with a program of your own"}},
+       .options = [&](CommandLine& line) { worker::describe(line, options); },
+       .work = [&] { return worker::work(options, registry); }});
 }
 
 }  // namespace treeroll

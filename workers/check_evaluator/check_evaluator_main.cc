@@ -93,6 +93,8 @@ int check_evaluator_main(int argc, char** argv) {
                   {.name = "treeroll-check-evaluator",
                    .purpose = "Checks a program of your own as an evaluator: treeroll-worker "
                               "--evaluator CMD.",
+                   .examples = {{"treeroll-check-evaluator 'python3 my_task.py' --name reach",
+                                 "does it keep the rules of EVALUATOR.md?"}},
                    .options = [&](CommandLine& line) { describe(line, options); },
                    .work = [&] { return check(options); }});
 }

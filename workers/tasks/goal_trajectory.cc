@@ -22,7 +22,10 @@ constexpr std::size_t kRecordedColumnsMax = 33;
 
 std::vector<double> read_times(SettingsReader& settings, double duration_s) {
   return sample_times(duration_s,
-                      static_cast<int>(settings.integer("samples", 1, kSamplesMax, 100)));
+                      static_cast<int>(settings.integer(
+                          "samples", 1, kSamplesMax, 100,
+                          {.meaning = "At how many times the outputs are compared with the goal: "
+                                      "the middles of equal parts of the duration"})));
 }
 
 }  // namespace
@@ -36,7 +39,8 @@ std::vector<double> sample_times(double duration_s, int num_samples) {
 }
 
 GoalTrajectory read_mixture_goal(SettingsReader& settings) {
-  const double duration_s = settings.number("duration_s", kDuration, 2);
+  const double duration_s =
+      settings.number("duration_s", kDuration, 2, {.meaning = "Of the trajectory", .unit = "s"});
   GoalTrajectory goal{
       .times_s = read_times(settings, duration_s), .outputs = {}, .time_name = "time_s"};
   SettingsReader table = settings.table("goal");
@@ -57,7 +61,10 @@ GoalTrajectory read_mixture_goal(SettingsReader& settings) {
 
 GoalTrajectory read_recorded_goal(SettingsReader& settings) {
   SettingsReader table = settings.table("goal");
-  const std::vector<std::string> columns = table.strings("columns", kRecordedColumnsMax);
+  const std::vector<std::string> columns =
+      table.strings("columns", kRecordedColumnsMax,
+                    {.meaning = "Of a recorded goal: the name of the time, then of each output",
+                     .example = "[\"t_s\", \"x_m\"]"});
   if (columns.size() < 2) table.refuse("columns", "must name the time and at least one output");
   GoalTrajectory goal{.times_s = {},
                       .outputs = {},
@@ -69,7 +76,12 @@ GoalTrajectory read_recorded_goal(SettingsReader& settings) {
   if (names.size() != columns.size() + goal.names.size()) {
     table.refuse("columns", "must differ, and none may be another one's goal_NAME");
   }
-  const auto rows = table.rows("rows", kRecorded, kSamplesMax, columns.size(), columns.size());
+  const auto rows = table.rows(
+      "rows", kRecorded, kSamplesMax, columns.size(), columns.size(), {},
+      {.meaning = "Of a recorded goal, in place of a mixture: a row a sample, the time first and "
+                  "growing; csv_file = \"goal.csv\" in their place takes them from a file",
+       .rule = "a number for each of columns",
+       .example = "[[0.0, 0.1], [0.1, 0.3]]"});
   table.finish();
   goal.outputs.resize(static_cast<Eigen::Index>(goal.names.size()),
                       static_cast<Eigen::Index>(rows.size()));
@@ -87,7 +99,8 @@ GoalTrajectory read_recorded_goal(SettingsReader& settings) {
 }
 
 GoalTrajectory read_spiral_goal(SettingsReader& settings) {
-  const double duration = settings.number("duration", kDuration, 5 * std::numbers::pi);
+  const double duration = settings.number("duration", kDuration, 5 * std::numbers::pi,
+                                          {.meaning = "Of the spiral, in units of its time"});
   GoalTrajectory goal{.times_s = read_times(settings, duration),
                       .outputs = {},
                       .time_name = "t",

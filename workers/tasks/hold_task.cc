@@ -28,18 +28,34 @@ sim::CartPendulumState about(double target_rad, sim::CartPendulumState state) {
 }  // namespace
 
 HoldTask::HoldTask(SettingsReader& settings)
-    : target_rad_(settings.choice("target", {"hanging", "upright"}, "hanging") == "upright"
+    : target_rad_(settings.choice("target", {"hanging", "upright"}, "hanging",
+                                  {.meaning = "Where the pendulum is to be held"}) == "upright"
                       ? 0
                       : -std::numbers::pi),
-      start_{.phi1 = target_rad_ + settings.number("start_phi1", kAngle, .3),
-             .phi2 = target_rad_ + settings.number("start_phi2", kAngle, -.2)},
-      duration_s_(settings.number("duration_s", kSimulatedTime, 5)),
-      alpha_(settings.number("alpha", kPositive, 10)),
-      acceleration_max_mps2_(settings.number("acceleration_max_mps2", kAccelerationMax, 20)),
+      start_{
+          .phi1 = target_rad_ +
+                  settings.number("start_phi1", kAngle, .3,
+                                  {.meaning = "First angle at the start, from the target, at rest",
+                                   .unit = "rad"}),
+          .phi2 = target_rad_ +
+                  settings.number(
+                      "start_phi2", kAngle, -.2,
+                      {.meaning = "Second angle at the start, from the target", .unit = "rad"})},
+      duration_s_(settings.number("duration_s", kSimulatedTime, 5,
+                                  {.meaning = "Simulated time", .unit = "s"})),
+      alpha_(
+          settings.number("alpha", kPositive, 10, {.meaning = "Of the reward exp(-alpha mean c)"})),
+      acceleration_max_mps2_(settings.number(
+          "acceleration_max_mps2", kAccelerationMax, 20,
+          {.meaning = "What the cart can do: outputs are cut to it", .unit = "m/s^2"})),
       time_limit_s_(read_time_limit_s(settings)),
       plant_(sim::read_plant_settings(settings), read_plant_variation(settings)) {
   if (!settings.has("feedback")) return;
-  if (settings.choice("feedback", {"none", "lqr"}) == "lqr") {
+  if (settings.choice("feedback", {"none", "lqr"}, {},
+                      {.meaning = "The policy's acceleration comes on top of that of a linear "
+                                  "quadratic regulator about the target, or acts alone; where the "
+                                  "key stands, the trace tells whether the plant is held"}) ==
+      "lqr") {
     regulator_.emplace(settings, plant_.settings(), target_rad_);
   }
   SettingsReader holds = settings.table("holds");

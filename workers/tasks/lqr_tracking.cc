@@ -23,9 +23,12 @@ constexpr double kFastestPerStep = .5;
 constexpr double kFastestPerS = 100;
 
 QuadraticCost read_cost(SettingsReader& table) {
-  const std::vector<double> weights =
-      table.numbers("state_weights", kStateWeight, 6, 6, {{100, 100, 10, 1, 1, 1}});
-  const double input_weight = table.number("input_weight", kInputWeight, .1);
+  const std::vector<double> weights = table.numbers(
+      "state_weights", kStateWeight, 6, 6, {{100, 100, 10, 1, 1, 1}},
+      {.meaning = "Of the regulator: how dear deviations of phi1, phi2, y and their rates are"});
+  const double input_weight =
+      table.number("input_weight", kInputWeight, .1,
+                   {.meaning = "Of the regulator: how dear the cart's acceleration is"});
   return {StateVector(weights.data()).asDiagonal(), input_weight};
 }
 

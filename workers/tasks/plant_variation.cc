@@ -22,9 +22,17 @@ RandomStream stream(std::uint64_t seed, int evaluation, std::uint32_t what) {
 PlantVariation read_plant_variation(SettingsReader& settings) {
   SettingsReader table = settings.table("variation");
   PlantVariation variation;
-  variation.evaluations = static_cast<int>(table.integer("evaluations", 1, kEvaluationsMax, 1));
-  variation.parameter_fraction = table.number("parameter_fraction", kFraction, 0);
-  variation.start_deviation_rad = table.number("start_deviation_rad", kDeviation, 0);
+  variation.evaluations =
+      static_cast<int>(table.integer("evaluations", 1, kEvaluationsMax, 1,
+                                     {.meaning = "A reward is the mean of so many evaluations, "
+                                                 "each on a plant and from a start of its own"}));
+  variation.parameter_fraction =
+      table.number("parameter_fraction", kFraction, 0,
+                   {.meaning = "Lengths, masses and inertias are uniform within this share of "
+                               "their values, up and down"});
+  variation.start_deviation_rad =
+      table.number("start_deviation_rad", kDeviation, 0,
+                   {.meaning = "Standard deviation of both angles at the start", .unit = "rad"});
   table.finish();
   if (variation.is_none() && variation.evaluations > 1) {
     table.refuse("evaluations",

@@ -29,17 +29,33 @@ std::vector<double> feed_forward_times(const sim::CartPendulumPlant& plant, doub
 }  // namespace
 
 SwingUpAndHoldTask::SwingUpAndHoldTask(SettingsReader& settings)
-    : SwingUpAndHoldTask(settings, settings.choice("feedback", {"none", "lqr"}) == "lqr") {}
+    : SwingUpAndHoldTask(
+          settings,
+          settings.choice(
+              "feedback", {"none", "lqr"}, {},
+              {.meaning = "Where it stands the task is to swing up and hold: with \"lqr\" a "
+                          "time-varying regulator keeps the plant along the nominal motion and "
+                          "then upright, with \"none\" the policy's acceleration acts alone"}) ==
+              "lqr") {}
 
 SwingUpAndHoldTask::SwingUpAndHoldTask(SettingsReader& settings, bool has_feedback)
     : swing_up_(read_swing_up_settings(settings)),
-      acceleration_max_mps2_(settings.number("acceleration_max_mps2", kAccelerationMax, 20)),
+      acceleration_max_mps2_(settings.number(
+          "acceleration_max_mps2", kAccelerationMax, 20,
+          {.meaning = "What the cart can do: all accelerations are cut to it", .unit = "m/s^2"})),
       links_(visible_links(swing_up_.plant, swing_up_.variation)),
       plant_(swing_up_.plant, swing_up_.variation) {
   if (has_feedback) regulator_.emplace(settings, swing_up_.plant, 0.);
   SettingsReader holds = settings.table("holds");
-  holding_ = read_holding_rule(holds, holds.number("until_s", kSimulatedTime, holding_.until_s));
-  reward_share_ = holds.number("reward_share", {.min = 0, .max = 1}, reward_share_);
+  holding_ = read_holding_rule(
+      holds,
+      holds.number(
+          "until_s", kSimulatedTime, holding_.until_s,
+          {.meaning =
+               "Until so long after the nominal motion's least cost the plant must stay upright",
+           .unit = "s"}));
+  reward_share_ = holds.number("reward_share", {.min = 0, .max = 1}, reward_share_,
+                               {.meaning = "Share of the reward that holding is worth"});
   holds.finish();
 }
 

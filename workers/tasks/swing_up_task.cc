@@ -24,11 +24,16 @@ SwingUpSettings read_swing_up_settings(SettingsReader& settings) {
   SwingUpSettings read;
   read.plant = sim::read_plant_settings(settings);
   read.variation = read_plant_variation(settings);
-  read.duration_s = settings.number("duration_s", kSimulatedTime, read.duration_s);
-  read.alpha = settings.number("alpha", kPositive, read.alpha);
+  read.duration_s = settings.number("duration_s", kSimulatedTime, read.duration_s,
+                                    {.meaning = "Simulated time", .unit = "s"});
+  read.alpha = settings.number("alpha", kPositive, read.alpha,
+                               {.meaning = "Of the reward exp(-alpha min c), (4-7)"});
   read.time_limit_s = read_time_limit_s(settings);
-  read.start.phi1 = settings.number("start_phi1", kAngle, -std::numbers::pi);
-  read.start.phi2 = settings.number("start_phi2", kAngle, -std::numbers::pi);
+  read.start.phi1 = settings.number(
+      "start_phi1", kAngle, -std::numbers::pi,
+      {.meaning = "First angle at the start, at rest; 0 is upright", .unit = "rad"});
+  read.start.phi2 = settings.number("start_phi2", kAngle, -std::numbers::pi,
+                                    {.meaning = "Second angle at the start", .unit = "rad"});
   return read;
 }
 

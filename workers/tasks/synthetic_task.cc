@@ -44,21 +44,43 @@ double uniform_of(const std::vector<double>& outputs) {
 }  // namespace
 
 SyntheticTask::SyntheticTask(SettingsReader& settings)
-    : input_dim_(static_cast<int>(settings.integer("input_dim", 1, kDimMax, 1))),
-      output_dim_(static_cast<int>(settings.integer("output_dim", 1, kDimMax, 1))),
-      sensitivity_(settings.number("sensitivity", kPositive, 1)),
-      duration_us_(settings.integer("duration_us", 0, kDurationMaxUs, 0)),
-      mode_(settings.choice("mode", {"burn", "sleep"}, "burn") == "burn" ? Mode::kBurn
-                                                                         : Mode::kSleep),
-      fail_fraction_(settings.number("fail_fraction", kFailureFraction, 0)),
-      hang_fraction_(settings.number("hang_fraction", kFailureFraction, 0)),
-      crash_fraction_(settings.number("crash_fraction", kFailureFraction, 0)),
-      discard_fraction_(settings.number("discard_fraction", kFailureFraction, 0)),
-      noise_deviation_(settings.number("noise_deviation", kFailureFraction, 0)),
+    : input_dim_(static_cast<int>(
+          settings.integer("input_dim", 1, kDimMax, 1, {.meaning = "Inputs of the policy"}))),
+      output_dim_(static_cast<int>(
+          settings.integer("output_dim", 1, kDimMax, 1, {.meaning = "Outputs of the policy"}))),
+      sensitivity_(settings.number(
+          "sensitivity", kPositive, 1,
+          {.meaning =
+               "Of the reward exp(-sensitivity mean squared distance to the target's line)"})),
+      duration_us_(settings.integer("duration_us", 0, kDurationMaxUs, 0,
+                                    {.meaning = "Of each evaluation", .unit = "us"})),
+      mode_(settings.choice(
+                "mode", {"burn", "sleep"}, "burn",
+                {.meaning = "What an evaluation takes: processor time, or time on the clock"}) ==
+                    "burn"
+                ? Mode::kBurn
+                : Mode::kSleep),
+      fail_fraction_(settings.number("fail_fraction", kFailureFraction, 0,
+                                     {.meaning = "Share of policies that fail"})),
+      hang_fraction_(settings.number("hang_fraction", kFailureFraction, 0,
+                                     {.meaning = "Share of policies that are never answered"})),
+      crash_fraction_(
+          settings.number("crash_fraction", kFailureFraction, 0,
+                          {.meaning = "Share of policies that end the process by SIGSEGV; at most "
+                                      "1 together with the other two"})),
+      discard_fraction_(
+          settings.number("discard_fraction", kFailureFraction, 0,
+                          {.meaning = "Share of trials that are void, drawn from the seed"})),
+      noise_deviation_(settings.number(
+          "noise_deviation", kFailureFraction, 0,
+          {.meaning = "Standard deviation of noise on the reward, drawn from the seed"})),
       time_limit_s_(read_time_limit_s(settings)) {
   const std::size_t target_size = input_dim_ + output_dim_ + input_dim_ * output_dim_;
-  target_ = settings.numbers("target", kAnyNumber, target_size, target_size,
-                             std::vector<double>(target_size, 1.));
+  target_ = settings.numbers(
+      "target", kAnyNumber, target_size, target_size, std::vector<double>(target_size, 1.),
+      {.meaning = "Of the line: an input, its outputs, and its slope, row by row",
+       .otherwise = "all 1",
+       .rule = "inputs + outputs + inputs x outputs numbers"});
   if (fail_fraction_ + hang_fraction_ + crash_fraction_ > 1) {
     settings.refuse("fail_fraction", "must be at most 1 together with the other fractions");
   }

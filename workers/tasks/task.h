@@ -16,6 +16,7 @@
 namespace treeroll {
 
 class SettingsReader;
+struct SettingsReference;
 class Trace;
 
 /// A task: plant + controller -> reward. One instance lives in each evaluator process and is asked
@@ -84,7 +85,9 @@ using TaskFactory = std::function<std::unique_ptr<Task>(SettingsReader& settings
 class TaskRegistry {
  public:
   /// Precondition: the name is new and not empty.
-  void add(std::string name, TaskFactory factory);
+  /// @param start  TOML, [policy] and [exploration] that a new study of the task begins with
+  ///               (treeroll-learner --new); empty: what suits its numbers of inputs and outputs
+  void add(std::string name, TaskFactory factory, std::string start = "");
 
   /// Throws ConfigError for an unknown name (with the known ones) and for bad settings; their keys
   /// begin with "task.".
@@ -94,8 +97,20 @@ class TaskRegistry {
   std::unique_ptr<Task> make(const std::string& name, const nlohmann::json& settings,
                              nlohmann::json& resolved) const;
 
+  std::vector<std::string> names() const;
+  /// What there is to set of a task. Throws ConfigError for an unknown name.
+  SettingsReference settings(const std::string& name) const;
+  /// As add() was given it. Throws as settings().
+  const std::string& start(const std::string& name) const;
+
  private:
-  std::map<std::string, TaskFactory> factories_;
+  struct Known {
+    TaskFactory make;
+    std::string start;
+  };
+  const Known& find(const std::string& name) const;
+
+  std::map<std::string, Known> tasks_;
 };
 
 /// Registers a class whose constructor takes a SettingsReader&.

@@ -8,29 +8,44 @@
 #include "common/base/check.h"
 #include "common/base/config_error.h"
 #include "common/base/settings_reader.h"
+#include "common/base/settings_reference.h"
 #include "workers/tasks/task.h"
 
 namespace treeroll {
 
-void TaskRegistry::add(std::string name, TaskFactory factory) {
-  CHECK(!name.empty() && !factories_.contains(name), "a task's name is new: " + name);
-  factories_.emplace(std::move(name), std::move(factory));
+void TaskRegistry::add(std::string name, TaskFactory factory, std::string start) {
+  CHECK(!name.empty() && !tasks_.contains(name), "a task's name is new: " + name);
+  tasks_.emplace(std::move(name), Known{std::move(factory), std::move(start)});
+}
+
+const TaskRegistry::Known& TaskRegistry::find(const std::string& name) const {
+  const auto found = tasks_.find(name);
+  if (found != tasks_.end()) return found->second;
+  throw ConfigError("task.name", fmt::format("\"{}\"", name),
+                    fmt::format("must be a task this worker knows: {}", fmt::join(names(), ", ")));
 }
 
 std::unique_ptr<Task> TaskRegistry::make(const std::string& name, const nlohmann::json& settings,
                                          nlohmann::json& resolved) const {
-  const auto found = factories_.find(name);
-  if (found == factories_.end()) {
-    std::vector<std::string> known;
-    for (const auto& [known_name, factory] : factories_) known.push_back(known_name);
-    throw ConfigError("task.name", fmt::format("\"{}\"", name),
-                      fmt::format("must be a task this worker knows: {}", fmt::join(known, ", ")));
-  }
+  const Known& known = find(name);
   resolved = nlohmann::json::object();
   SettingsReader reader(settings, "task", resolved);
-  std::unique_ptr<Task> task = found->second(reader);
+  std::unique_ptr<Task> task = known.make(reader);
   reader.finish();
   return task;
 }
+
+std::vector<std::string> TaskRegistry::names() const {
+  std::vector<std::string> names;
+  for (const auto& [name, known] : tasks_) names.push_back(name);
+  return names;
+}
+
+SettingsReference TaskRegistry::settings(const std::string& name) const {
+  const Known& known = find(name);
+  return list_settings("task", [&](SettingsReader& reader) { known.make(reader); });
+}
+
+const std::string& TaskRegistry::start(const std::string& name) const { return find(name).start; }
 
 }  // namespace treeroll

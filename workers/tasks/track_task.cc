@@ -48,10 +48,13 @@ class Distance {
 }  // namespace
 
 TrackTask::TrackTask(SettingsReader& settings)
-    : amplitudes_m_(settings.numbers("amplitudes", {.min = -10, .max = 10}, 1, kAmplitudesMax,
-                                     std::vector<double>{.3, -.05})),
-      duration_s_(settings.number("duration_s", kSimulatedTime, 4)),
-      alpha_(settings.number("alpha", kPositive, 5)),
+    : amplitudes_m_(settings.numbers(
+          "amplitudes", {.min = -10, .max = 10}, 1, kAmplitudesMax, std::vector<double>{.3, -.05},
+          {.meaning = "Of the cosines that the cart's path is the sum of", .unit = "m"})),
+      duration_s_(settings.number("duration_s", kSimulatedTime, 4,
+                                  {.meaning = "Simulated time", .unit = "s"})),
+      alpha_(settings.number("alpha", kPositive, 5,
+                             {.meaning = "How steeply the reward falls with the distance"})),
       time_limit_s_(read_time_limit_s(settings)),
       plant_(sim::read_plant_settings(settings), read_plant_variation(settings)),
       start_(hanging_at(amplitudes_m_)),

@@ -15,7 +15,9 @@ TrajectoryTask::TrajectoryTask(GoalTrajectory goal, double alpha, double time_li
     : goal_(std::move(goal)), alpha_(alpha), time_limit_s_(time_limit_s) {}
 
 std::unique_ptr<Task> TrajectoryTask::with_goal(SettingsReader& settings) {
-  const double alpha = settings.number("alpha", kPositive, 20);
+  const double alpha =
+      settings.number("alpha", kPositive, 20,
+                      {.meaning = "Of the reward exp(-alpha mean squared distance), (4-1)"});
   const double time_limit_s = read_time_limit_s(settings);
   // With a mixture the times are settings of their own; a recording has its own.
   const bool is_recorded = settings.table("goal").has("rows");
@@ -25,7 +27,9 @@ std::unique_ptr<Task> TrajectoryTask::with_goal(SettingsReader& settings) {
 }
 
 std::unique_ptr<Task> TrajectoryTask::spiral(SettingsReader& settings) {
-  const double alpha = settings.number("alpha", kPositive, 5);
+  const double alpha =
+      settings.number("alpha", kPositive, 5,
+                      {.meaning = "Of the reward exp(-alpha mean squared distance), (A-37)"});
   const double time_limit_s = read_time_limit_s(settings);
   return std::make_unique<TrajectoryTask>(read_spiral_goal(settings), alpha, time_limit_s);
 }

@@ -19,10 +19,12 @@ A task is a class, and one line makes its file a program that a worker runs
     if __name__ == "__main__":
         treeroll.run(Reach)
 
+A robot's task is :func:`with_operator`: nothing moves, and nothing counts, before a person has said so.
 A policy that was learnt acts on a robot (:class:`Policy`), and a :class:`Watcher` gives the best one
 while a study is still learnt. Nothing is needed but Python 3.9 and ``libtreeroll_policy.so``.
 """
 
+from .operated import with_operator
 from .policy import Policy, PolicyError
 from .program import run
 from .settings import Refused, Settings
@@ -30,4 +32,4 @@ from .task import Description, Discarded, Failed, Task
 from .watcher import BestPolicy, Watcher
 
 __all__ = ["BestPolicy", "Description", "Discarded", "Failed", "Policy", "PolicyError", "Refused",
-           "Settings", "Task", "Watcher", "run"]
+           "Settings", "Task", "Watcher", "run", "with_operator"]

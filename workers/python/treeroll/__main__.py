@@ -1,5 +1,5 @@
 """``python3 -m treeroll task FILE.py:CLASS`` runs a task for a worker; ``python3 -m treeroll watch``
-follows what is learnt."""
+follows what is learnt; ``python3 -m treeroll log FILE`` shows what lcm-logger has written down."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ import argparse
 import importlib.util
 import os
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
+from .lcm_log import Reader, write_csv, write_lines
 from .program import run
 from .watcher import Watcher
 
@@ -56,6 +58,22 @@ def watch(arguments: argparse.Namespace) -> None:
         sys.exit(f"nothing was heard for {arguments.timeout_s:g} s")
 
 
+def show_log(arguments: argparse.Namespace) -> None:
+    """The messages of an LCM log."""
+    if arguments.csv and not arguments.channel:
+        sys.exit("--csv has the fields of one type: name its --channel")
+    reader = Reader(arguments.file)
+    with open(arguments.output, "w", newline="") if arguments.output else nullcontext(sys.stdout) as out:
+        if arguments.csv:
+            write_csv(reader, arguments.channel, out)
+        else:
+            write_lines(reader, arguments.channel, out)
+    for channel, count in reader.unknown.items():
+        # Its records are checked one by one and are no messages.
+        hint = ": treeroll-replay DIR --export reads it" if channel == "TREEROLL_JOURNAL" else ""
+        print(f"{count} messages of {channel} are of no type that is known here{hint}", file=sys.stderr)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python3 -m treeroll", description=__doc__)
     commands = parser.add_subparsers(required=True)
@@ -68,6 +86,12 @@ def main() -> None:
     follow.add_argument("--output", type=Path, help="keep the best policy of all in this file")
     follow.add_argument("--timeout-s", type=float, default=60.0, help="give up after such a silence")
     follow.set_defaults(work=watch)
+    log = commands.add_parser("log", help="print the messages of an LCM log as JSON lines, or as CSV")
+    log.add_argument("file", type=Path, help="of lcm-logger")
+    log.add_argument("--channel", help="of this one alone, such as TREEROLL_RUNS")
+    log.add_argument("--csv", action="store_true", help="a row a message of the channel")
+    log.add_argument("--output", type=Path, help="file to write to [standard output]")
+    log.set_defaults(work=show_log)
     arguments = parser.parse_args()
     try:
         arguments.work(arguments)

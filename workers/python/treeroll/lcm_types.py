@@ -46,6 +46,16 @@ class Types:
         """The 64 bits before each message: they tell types and versions apart."""
         return self._fingerprints[kind]
 
+    def kind_of(self, data: bytes) -> str:
+        """The type whose fingerprint a message begins with.
+
+        :raises MessageError: if it is none of these
+        """
+        for kind, fingerprint in self._fingerprints.items():
+            if data[:8] == struct.pack(">Q", fingerprint):
+                return kind
+        raise MessageError("a message of no type that is known here")
+
     def encode(self, kind: str, value: dict) -> bytes:
         """:param value: every field by name; lists for arrays, bytes for arrays of bytes"""
         parts = [struct.pack(">Q", self._fingerprints[kind])]

@@ -73,6 +73,8 @@ int main(int argc, char** argv) {
        .purpose =
            "Passes roll-outs of the learners on one LCM network on to the workers of another.",
        .log_name = "relay",
+       .examples = {{"treeroll-relay --below 'udpm://239.255.76.68:7667?ttl=1'",
+                     "the workers of that group are one worker to the learners of this one"}},
        .options = [&](treeroll::CommandLine& line) { describe_relay(line, options); },
        .work = [&] { return serve(options); }});
 }

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+#include "common/policy/controller.h"
+
+namespace treeroll {
+
+/// Limits of each output, all of one size, dO x 1; infinite where there is none.
+struct OutputLimits {
+  bool refuses = false;
+  Eigen::VectorXd min;
+  Eigen::VectorXd max;
+  Eigen::VectorXd step_max;  ///< from one asking to the next
+  Eigen::VectorXd start;     ///< before the first asking; NaN: there is none
+};
+
+/// A controller whose outputs stay within limits: clipped, or refused by a std::runtime_error that
+/// names the output, its value and the limit. Clipped first to min and max, then to what the last
+/// output that was given allows. Allocates nothing but for a refusal.
+class BoundedController : public Controller {
+ public:
+  BoundedController(std::unique_ptr<Controller> controller, OutputLimits limits);
+
+  int input_dim() const override { return controller_->input_dim(); }
+  int output_dim() const override { return controller_->output_dim(); }
+  void start() override;
+  void act(std::span<const double> input, std::span<double> output) override;
+  void act_all(std::span<const double> inputs, std::span<double> outputs) override;
+
+ private:
+  /// What is given for what the policy wants. Neither `given` nor the memory of what was given last
+  /// changes if it throws.
+  void limit(std::span<double> wanted, std::span<double> given);
+  [[noreturn]] static void refuse(Eigen::Index output, double wanted, const char* rule,
+                                  double limit);
+
+  std::unique_ptr<Controller> controller_;
+  OutputLimits limits_;
+  Eigen::VectorXd last_;
+  Eigen::VectorXd wanted_;
+};
+
+}  // namespace treeroll

@@ -1,0 +1,154 @@
+#include "learner/app/preview_study.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "common/base/csv_field.h"
+#include "common/policy/policy_bounds.h"
+#include "common/program/standard_output.h"
+#include "learner/explore/exploration.h"
+#include "learner/study/study_file.h"
+
+namespace treeroll {
+namespace {
+
+constexpr int kInputsShown = 101;
+constexpr double kInputsMax = 1e5;
+
+/// A policy as it is shown: the start, or a draw of a repetition.
+struct Shown {
+  std::string name;  ///< "start", "0:3": repetition and roll-out
+  Eigen::VectorXd theta;
+  PolicyPtr policy;  ///< null where theta makes none
+  std::string refusal;
+};
+
+Shown shown(std::string name, const Policy& explored, const Eigen::VectorXd& theta) {
+  Shown result{.name = std::move(name), .theta = theta, .policy = {}, .refusal = {}};
+  try {
+    result.policy = explored.with(theta);
+  } catch (const std::invalid_argument& error) {
+    result.refusal = error.what();
+  }
+  return result;
+}
+
+/// The start, then `count` draws: those of repetition 0 that wait for no result, then those of 1,
+/// and so on, in or past the study.
+std::vector<Shown> policies_of(const Condition& condition, std::uint64_t seed, int count) {
+  const PolicyPtr explored = condition.start->at_layer(condition.exploration.first_layer);
+  std::vector<Shown> all{shown("start", *explored, explored->theta())};
+  explore::ExplorationSettings settings = condition.exploration;
+  settings.in_flight = count;
+  settings.num_rollouts = std::max(settings.num_rollouts, count);
+  for (std::uint32_t repetition = 0; static_cast<int>(all.size()) <= count; ++repetition) {
+    explore::Exploration run(settings, *condition.start, seed, repetition);
+    while (static_cast<int>(all.size()) <= count) {
+      const std::optional<explore::Draw> draw = run.ask();
+      if (!draw) break;
+      all.push_back(shown(fmt::format("{}:{}", repetition, draw->rollout), *explored, draw->theta));
+    }
+  }
+  return all;
+}
+
+/// As a task would ask, where the policy's bounds say how often that is.
+std::vector<double> inputs_of(const Policy& policy) {
+  const PolicySketch sketch = policy.sketch();
+  const double length = sketch.input_high - sketch.input_low;
+  const double step = sample_time_s(policy);
+  const int count =
+      step > 0 ? static_cast<int>(std::min(length / step + 1, kInputsMax)) : kInputsShown;
+  std::vector<double> inputs;
+  for (int i = 0; i < count; ++i) {
+    inputs.push_back(sketch.input_low + (step > 0 ? i * step : length * i / (count - 1)));
+  }
+  return inputs;
+}
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+};
+
+/// A row an input, up to the one for which the policy's bounds refuse the output: they throw
+/// std::runtime_error.
+void print_curve(const std::string& condition, Shown& shown, const std::vector<double>& inputs,
+                 Range& range) {
+  const auto output_dim = static_cast<std::size_t>(shown.policy->output_dim());
+  std::vector<double> outputs(output_dim);
+  const std::unique_ptr<Controller> controller = shown.policy->controller();
+  controller->start();
+  for (const double input : inputs) {
+    controller->act({&input, 1}, outputs);
+    fmt::print("{},{},{},{}\n", csv_field(condition), shown.name, input, fmt::join(outputs, ","));
+    for (const double output : outputs) {
+      range.low = std::min(range.low, output);
+      range.high = std::max(range.high, output);
+    }
+  }
+}
+
+void preview(const Condition& condition, std::uint64_t seed, int count) {
+  std::vector<Shown> all = policies_of(condition, seed, count);
+  const bool is_curve = condition.start->input_dim() == 1;
+  std::vector<double> inputs;
+  if (is_curve) inputs = inputs_of(*condition.start);
+  Range start;
+  Range drawn;
+  int num_refused = 0;
+  for (Shown& one : all) {
+    if (!one.policy) {
+      ++num_refused;
+      spdlog::warn("{}: draw {} is no policy: {}", condition.name, one.name, one.refusal);
+    } else if (is_curve) {
+      Range& of_kind = &one == &all.front() ? start : drawn;
+      try {
+        print_curve(condition.name, one, inputs, of_kind);
+      } catch (const std::runtime_error& error) {
+        ++num_refused;
+        spdlog::warn("{}: draw {} ends early: {}", condition.name, one.name, error.what());
+      }
+    } else {
+      fmt::print("{},{},{}\n", csv_field(condition.name), one.name, fmt::join(one.theta, ","));
+    }
+  }
+  if (is_curve && num_refused < count) {
+    spdlog::info("{}: the start gives {:.4g} to {:.4g}, {} draws {:.4g} to {:.4g}", condition.name,
+                 start.low, start.high, count - num_refused, drawn.low, drawn.high);
+  }
+}
+
+std::string numbered(const char* what, int count) {
+  std::string names;
+  for (int i = 1; i <= count; ++i) names += fmt::format(",{}_{}", what, i);
+  return names;
+}
+
+}  // namespace
+
+void preview_study(const LearnerOptions& options) {
+  const LoadedStudy loaded = load_study(options.study_file, options.overrides);
+  std::string heading;
+  for (const Condition& condition : loaded.study.conditions) {
+    const Policy& start = *condition.start;
+    const int first_layer = condition.exploration.first_layer;
+    const std::string columns = start.input_dim() == 1
+                                    ? ",input" + numbered("output", start.output_dim())
+                                    : numbered("theta", start.at_layer(first_layer)->theta_dim());
+    // Conditions may differ in what there is to show: each such table has its heading.
+    if (columns != heading) fmt::print("condition,draw{}\n", columns);
+    heading = columns;
+    preview(condition, loaded.study.seed, options.preview);
+  }
+  flush_standard_output();
+}
+
+}  // namespace treeroll

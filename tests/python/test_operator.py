@@ -1,0 +1,216 @@
+"""A task with an operator: over a pseudo-terminal, alone and as a worker's evaluator."""
+
+import json
+import os
+import pty
+import select
+import signal
+import subprocess
+import termios
+import time
+import unittest
+
+from support import PYTHON, ProgramTest, lcm_url, policy_text
+
+TASK = '''
+import treeroll
+
+class Reach(treeroll.Task):
+    """One trial of a robot."""
+    def describe(self):
+        return treeroll.Description(input_dim=1, output_dim=1, time_limit_s=5)
+
+    def evaluate(self, policy, seed):
+        with open("moved", "a") as file:
+            file.write(f"{seed}\\n")
+        if seed == 13:
+            raise treeroll.Failed("hit the table")
+        self.terms["miss_m"] = policy(0.5) - 1
+        return 1 / (1 + self.terms["miss_m"] ** 2)
+
+if __name__ == "__main__":
+    treeroll.run(treeroll.with_operator(Reach))
+'''
+
+STUDY = '''
+[study]
+name = "operated"
+rollouts = 4
+[task]
+name = "reach"
+[policy]
+kind = "spline"
+start = "constant"
+range = [0.0, 1.0]
+[exploration]
+output_scale = 1.0
+[[conditions]]
+name = "plain"
+'''
+
+
+class OperatorTest(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        (self.folder / "reach.py").write_text(TASK)
+        self.master, self.slave = pty.openpty()
+        self.addCleanup(os.close, self.master)
+        self.shown = ""
+
+    def until(self, text, limit_s=60):
+        """Reads the terminal until it shows the text, which counts once."""
+        deadline = time.monotonic() + limit_s
+        while text not in self.shown:
+            left = deadline - time.monotonic()
+            self.assertGreater(left, 0, f"no {text!r} in {self.shown!r}")
+            if select.select([self.master], [], [], left)[0]:
+                self.shown += os.read(self.master, 4096).decode()
+        before, _, self.shown = self.shown.partition(text)
+        return before
+
+    def type(self, text):
+        os.write(self.master, text.encode())
+
+    def moved(self):
+        file = self.folder / "moved"
+        return file.read_text().split() if file.exists() else []
+
+    def program(self, **environment):
+        process = subprocess.Popen(
+            [PYTHON, "reach.py"], cwd=self.folder, text=True, stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            env={**os.environ, "TREEROLL_OPERATOR_TERMINAL": os.ttyname(self.slave), **environment})
+        self.addCleanup(lambda: (process.kill(), process.communicate()))
+        return process
+
+    def say(self, process, request):
+        process.stdin.write(json.dumps(request) + "\n")
+        process.stdin.flush()
+
+    def described(self, process):
+        self.say(process, {"describe": {"name": "reach", "settings": {}}})
+        return json.loads(process.stdout.readline())
+
+    def evaluate(self, process, seed):
+        self.say(process, {"evaluate": {"run": 0, "rollout": 0, "seed": seed, "trace": False,
+                                        "policy": json.loads(policy_text(0.5))}})
+
+    def test_nothing_moves_before_the_operator_says_so_and_nothing_counts_before_it_is_accepted(self):
+        process = self.program()
+        said = self.described(process)
+        self.assertEqual((said["time_limit_s"], said["repeatable"], said["deterministic"]),
+                         (3605.0, False, False))
+        self.type("\n\n\n")  # typed before the question: no answer
+        time.sleep(.2)
+        self.evaluate(process, 5)
+        self.until("reach, seed 5: Enter begins")
+        self.until("> ")
+        time.sleep(.3)
+        self.assertEqual(self.moved(), [])
+        self.type("what\n")  # no answer either
+        self.until("Enter begins")
+        self.until("> ")
+        self.assertEqual(self.moved(), [])
+        self.type("\n")
+        self.until("reward 0.8, miss_m -0.5. a accepts")
+        self.until("> ")
+        self.assertEqual(self.moved(), ["5"])
+        self.assertFalse(select.select([process.stdout], [], [], .3)[0])
+        self.type("a\n")
+        self.assertEqual(json.loads(process.stdout.readline()),
+                         {"reward": 0.8, "terms": {"miss_m": -0.5}})
+
+    def test_a_rejected_trial_is_void_before_and_after_it_has_moved(self):
+        process = self.program()
+        self.described(process)
+        self.evaluate(process, 5)
+        self.until("p pauses > ")
+        self.type("r\n")
+        self.assertEqual(json.loads(process.stdout.readline()), {"discarded": "operator"})
+        self.assertEqual(self.moved(), [])
+        self.evaluate(process, 6)
+        self.until("p pauses > ")
+        self.type("\n")
+        self.until("a accepts, r tries again, p pauses > ")
+        self.type("r\n")
+        self.assertEqual(json.loads(process.stdout.readline()), {"discarded": "operator"})
+        self.assertEqual(self.moved(), ["6"])
+
+    def test_a_pause_lasts_until_the_operator_goes_on_and_then_asks_again(self):
+        process = self.program()
+        self.described(process)
+        self.evaluate(process, 5)
+        self.until("p pauses > ")
+        self.type("p\n")
+        self.until("paused. Enter goes on > ")
+        self.type("\n")
+        self.until("Enter begins, r rejects, p pauses > ")
+        self.assertEqual(self.moved(), [])
+        self.type("\n")
+        self.until("a accepts, r tries again, p pauses > ")
+        self.type("a\n")
+        self.assertIn("reward", json.loads(process.stdout.readline()))
+
+    def test_a_failure_counts_only_if_it_is_accepted(self):
+        process = self.program()
+        self.described(process)
+        for answer, said in (("r", {"discarded": "operator"}), ("a", {"failed": "hit the table"})):
+            self.evaluate(process, 13)
+            self.until("p pauses > ")
+            self.type("\n")
+            self.until("failed: hit the table. a accepts that")
+            self.until("> ")
+            self.type(answer + "\n")
+            self.assertEqual(json.loads(process.stdout.readline()), said)
+
+    def test_without_a_terminal_the_task_is_refused_with_what_to_do(self):
+        for place, rule in (("/dev/null", "/dev/null must be a terminal"),
+                            ("/dev/pts/none", "cannot open the operator's terminal")):
+            said = self.described(self.program(TREEROLL_OPERATOR_TERMINAL=place))
+            self.assertIn(rule, said["refused"])
+        process = subprocess.Popen(
+            ["setsid", PYTHON, "reach.py"], cwd=self.folder, text=True, stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.addCleanup(lambda: (process.kill(), process.communicate()))
+        self.assertIn("TREEROLL_OPERATOR_TERMINAL=/dev/pts/N", self.described(process)["refused"])
+
+    def test_a_learner_at_a_terminal_asks_its_operator(self):
+        """The worker is a background job there, which a terminal would stop."""
+        (self.folder / "study.toml").write_text(STUDY)
+
+        def take_terminal():
+            os.setsid()
+            import fcntl
+            fcntl.ioctl(self.slave, termios.TIOCSCTTY, 0)
+
+        learner = subprocess.Popen(
+            ["treeroll-learner", "study.toml", "--local-workers", "2", "--lcm-url", lcm_url(3),
+             "--evaluator", f"{PYTHON} reach.py"], cwd=self.folder, text=True, preexec_fn=take_terminal,
+            stdin=self.slave, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+        def end():
+            if learner.poll() is None:
+                learner.send_signal(signal.SIGKILL)
+            learner.communicate()
+
+        self.addCleanup(end)
+        rejected = False
+        for _ in range(6):  # the start, four roll-outs, the final policy
+            self.until("Enter begins, r rejects, p pauses > ")
+            self.type("\n")
+            self.until("a accepts, r tries again, p pauses > ")
+            if not rejected:
+                rejected = True
+                self.type("r\n")
+                self.until("Enter begins, r rejects, p pauses > ")
+                self.type("\n")
+                self.until("a accepts, r tries again, p pauses > ")
+            self.type("a\n")
+        _, errors = learner.communicate(timeout=60)
+        self.assertEqual(learner.returncode, 0, errors)
+        self.assertEqual(len(self.rows(self.folder / "treeroll-runs/operated/rollouts.csv")), 4)
+        self.assertEqual(len(self.moved()), 7)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,170 @@
+"""Tasks that a person watches: a robot moves only when the operator says so, and a trial counts only
+if the operator accepts it."""
+
+from __future__ import annotations
+
+import dataclasses
+import fcntl
+import os
+import select
+import termios
+import time
+from pathlib import Path
+from typing import Optional, Type
+
+from .policy import Policy
+from .program import name_of
+from .settings import Refused, Settings
+from .task import Description, Discarded, Failed, Task
+
+TERMINAL_VARIABLE = "TREEROLL_OPERATOR_TERMINAL"
+_TIME_LIMIT_MOST_S = 86400.0
+
+
+def with_operator(task: Type[Task], patience_s: float = 3600.0) -> Type[Task]:
+    """The task with an operator at the terminal that the worker was started in::
+
+        treeroll.run(treeroll.with_operator(Reach))
+
+    Before each trial the operator is asked whether to begin, and after it whether it counts:
+
+    - ``Enter`` begins; ``a`` accepts what came of it, a failure too;
+    - ``r`` rejects it: it is void and costs no budget, and the same policy is tried again, at most
+      ``study.discards_max`` times;
+    - ``p`` pauses until the next ``Enter``. Whoever says nothing pauses as well.
+
+    Several evaluators of one terminal take turns. Without the terminal nothing moves. Another one
+    than the worker's is named by the environment: ``TREEROLL_OPERATOR_TERMINAL=/dev/pts/3``.
+
+    :param patience_s: how long a trial may wait for the operator, at most a day with the task's own
+        time limit; then it hangs, as any roll-out past its limit
+    """
+
+    class WithOperator(task):  # type: ignore[misc, valid-type]
+        name = name_of(task)
+        __doc__ = task.__doc__
+
+        def __init__(self, settings: Settings):
+            super().__init__(settings)
+            self._desk = _Desk()
+
+        def describe(self) -> Description:
+            said = super().describe()
+            limit_s = min(said.time_limit_s + patience_s, _TIME_LIMIT_MOST_S)
+            return dataclasses.replace(said, time_limit_s=limit_s, deterministic=False,
+                                       repeatable=False)
+
+        def evaluate(self, policy: Policy, seed: int) -> float:
+            with self._desk as desk:
+                desk.ask(f"{self.name}, seed {seed}: Enter begins, r rejects, p pauses", "")
+                try:
+                    reward = float(super().evaluate(policy, seed))
+                except Failed as error:
+                    desk.ask(f"failed: {error}. a accepts that, r tries again, p pauses", "a")
+                    raise
+                terms = "".join(f", {name} {x:.4g}" for name, x in self.terms.items())
+                desk.ask(f"reward {reward:.4g}{terms}. a accepts, r tries again, p pauses", "a")
+                return reward
+
+    WithOperator.__name__ = task.__name__
+    return WithOperator
+
+
+class _Desk:
+    """The operator's terminal. Who has entered it has it alone."""
+
+    def __init__(self) -> None:
+        self._path = os.environ.get(TERMINAL_VARIABLE) or _own_terminal()
+        if self._path is None:
+            raise Refused("name", "needs a terminal for its operator: start the worker in one, or "
+                                  f"name one, {TERMINAL_VARIABLE}=/dev/pts/N")
+        self._terminal: Optional[int] = None
+        _leave_job_control()
+        os.close(self._opened())  # what cannot be opened is told now, not at the first trial
+
+    def __enter__(self) -> "_Desk":
+        self._terminal = self._opened()
+        fcntl.flock(self._terminal, fcntl.LOCK_EX)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._close()
+
+    def ask(self, question: str, answer: str) -> None:
+        """Returns at this answer. Raises Discarded where the operator rejects."""
+        asked = question
+        while True:
+            said = self._line(f"treeroll: {asked} > ")
+            asked = question
+            if said is None:
+                self._wait_for_terminal()
+            elif said == "r":
+                raise Discarded("operator")
+            elif said == answer:
+                return
+            elif said == "p":
+                asked = "paused. Enter goes on"
+                while self._line(f"treeroll: {asked} > ") not in ("", None):
+                    pass
+                asked = question
+
+    def _line(self, prompt: str) -> Optional[str]:
+        """What the operator types; None if the terminal is gone."""
+        typed = b""
+        try:
+            # What was typed before the question is no answer to it: a robot might move.
+            termios.tcflush(self._terminal, termios.TCIFLUSH)
+            os.write(self._terminal, prompt.encode("utf-8", "replace"))
+            while not typed.endswith(b"\n"):
+                select.select([self._terminal], [], [])
+                part = os.read(self._terminal, 4096)
+                if not part:
+                    return None
+                typed += part
+        except (OSError, termios.error):
+            return None
+        return typed.decode("utf-8", "replace").strip().lower()
+
+    def _wait_for_terminal(self) -> None:
+        self._close()
+        while self._terminal is None:
+            time.sleep(1)
+            try:
+                self.__enter__()
+            except Refused:
+                self._close()
+
+    def _opened(self) -> int:
+        try:
+            terminal = os.open(self._path, os.O_RDWR | os.O_NOCTTY | os.O_CLOEXEC)
+        except OSError as error:
+            raise Refused("name", f"cannot open the operator's terminal {self._path}: "
+                                  f"{error.strerror}") from error
+        if not os.isatty(terminal):
+            os.close(terminal)
+            raise Refused("name", f"{self._path} must be a terminal")
+        return terminal
+
+    def _close(self) -> None:
+        if self._terminal is not None:
+            os.close(self._terminal)
+            self._terminal = None
+
+
+def _own_terminal() -> Optional[str]:
+    """The path of this process's terminal. /dev/tty is none that outlives _leave_job_control()."""
+    number = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[4])
+    device = os.makedev((number >> 8) & 0xFFF, (number & 0xFF) | ((number >> 12) & 0xFFF00))
+    for path in (*Path("/dev/pts").glob("*"), *Path("/dev").glob("tty*")):
+        if number and path.stat().st_rdev == device:
+            return str(path)
+    return None
+
+
+def _leave_job_control() -> None:
+    """A worker that a learner has started is no foreground job: reading its terminal would stop it.
+    In a session of its own a process reads what it has opened."""
+    try:
+        os.setsid()
+    except PermissionError:
+        pass  # it leads a group, so it is a job of its own, started by hand
