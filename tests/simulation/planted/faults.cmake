@@ -242,7 +242,3 @@ plant("relay: leases below are not looked after" workers/relay/rack.cc
   [[for (auto& [id, downlink] : downlinks_) downlink.look_after_leases(]]
   [[if (!PLANTED)
     for (auto& [id, downlink] : downlinks_) downlink.look_after_leases(]])
-
-plant("relay: the answer to a withdrawn question is given" workers/relay/rack.cc
-  [[return what.name == name;]]
-  [[return !PLANTED && what.name == name;]])
