@@ -86,6 +86,16 @@ class LogTest(ProgramTest):
                          "a.csv")
         self.assertEqual(self.rows(self.folder / "a.csv"),
                          [{"time_s": "1.5", "run": "3", "number": "17"}])
+        # Nothing that is there is written over, and least of all the log.
+        before = path.read_bytes()
+        (self.folder / "link").symlink_to(path)
+        for output in (path, "link", "a.csv"):
+            said = self.run_program(PYTHON, "-m", "treeroll", "log", path, "--output", output, status=1)
+            self.assertIn("File exists", said.stderr)
+        self.assertEqual(path.read_bytes(), before)
+        self.assertEqual(len(self.rows(self.folder / "a.csv")), 1)
+        self.run_program(PYTHON, "-m", "treeroll", "log", "none", "--output", "of_none", status=1)
+        self.assertFalse((self.folder / "of_none").exists())
         said = self.run_program(PYTHON, "-m", "treeroll", "log", path, "--csv", status=1)
         self.assertIn("name its --channel", said.stderr)
         said = self.run_program(PYTHON, "-m", "treeroll", "log", "none", status=1)
