@@ -26,8 +26,9 @@ using nlohmann::json;
 struct Forecast {
   std::vector<int> layers;  ///< that are explored
   std::vector<int> theta_dims;
-  const DescribedTask* task = nullptr;      ///< null: no worker program here knows it
-  std::optional<PolicyEvaluation> started;  ///< the start policy; nothing without the task
+  const DescribedTask* task = nullptr;  ///< null: no worker program here knows it
+  /// The start policy; nothing without the task, or if it is not repeatable.
+  std::optional<PolicyEvaluation> started;
 };
 
 /// Conditions that begin alike are evaluated once.
@@ -121,7 +122,10 @@ StudyForecast forecast(const LoadedStudy& loaded, const std::map<std::string, De
     const auto task = tasks.find(condition.task_content);
     if (task != tasks.end()) {
       one.task = &task->second;
-      one.started = evaluations.of(condition, task->second.description);
+      // What may not be started twice may be a robot: asking about a study must not move it.
+      if (task->second.description.repeatable) {
+        one.started = evaluations.of(condition, task->second.description);
+      }
     }
     is_known = is_known && one.started && one.started->duration_s;
     if (is_known) work_s += static_cast<double>(rollouts) * *one.started->duration_s;
@@ -161,6 +165,10 @@ void print_condition(const Condition& condition, const Forecast& one, const std:
              counted(task.input_dim, "input"), counted(task.output_dim, "output"), task.reward_min,
              task.reward_max, task.time_limit_s,
              task.deterministic ? "deterministic" : "not deterministic");
+  if (!one.started) {
+    fmt::print("  start    not tried: no roll-out of this task is started without need\n");
+    return;
+  }
   const Outcome& outcome = one.started->outcome;
   if (outcome.is_ok()) {
     fmt::print("  start    reward {:.3g}", outcome.reward());

@@ -159,7 +159,7 @@ TEST(NewStudyTest, LeavesWhatIsThereAndSaysWhatIsWrong) {
   EXPECT_FALSE(fs::exists(in(service, "other.toml")));
 }
 
-TEST(CheckTest, SaysWhatTheStudyWouldDoAndStartsNothing) {
+TEST(CheckTest, SaysWhatTheStudyWouldDoAndBeginsNothing) {
   const Service service;
   const fs::path study = service.study(text_of(SwingUpStudy{.repetitions = 1, .rollouts = 40}));
   const std::vector<std::string> check = {
@@ -229,7 +229,7 @@ TEST(PreviewTest, ShowsTheDrawsThatLearningBeginsWith) {
   ASSERT_EQ(said.status, 0) << said.errors;
   EXPECT_THAT(said.output, AllOf(HasSubstr("condition,draw,input,output_1\nplain,start,0,0\n"),
                                  HasSubstr("\nplain,0:2,"), Not(HasSubstr("0:3"))));
-  EXPECT_THAT(said.errors, HasSubstr("plain: the start gives 0 to 0, 3 draws "));
+  EXPECT_THAT(said.errors, HasSubstr("plain: the start gives 0 to 0, 3 of 3 draws give "));
 
   // The second draw, as a journal has it, gives what the preview has shown.
   const auto learnt = service.learn(
@@ -244,6 +244,18 @@ TEST(PreviewTest, ShowsTheDrawsThatLearningBeginsWith) {
   ASSERT_EQ(again.status, 0) << again.errors;
   EXPECT_NE(curve(said.output, "0:1"), "");
   EXPECT_EQ(curve(said.output, "0:1"), curve(again.output, "start"));
+}
+
+TEST(PreviewTest, GoesOnWithTheNextRunWhereLearningWouldHaveLearnt) {
+  const Service service;
+  const fs::path study = new_study(service, "trajectory");
+  const Said said =
+      service.run("treeroll-learner",
+                  {study.string(), "--preview", "15", "--set", "exploration.rule=\"power\"",
+                   "--set", "exploration.first_update=10", "--set", "exploration.in_flight=1"});
+  ASSERT_EQ(said.status, 0) << said.errors;
+  EXPECT_THAT(said.output, AllOf(HasSubstr("\nplain,0:9,"), Not(HasSubstr("\nplain,0:10,")),
+                                 HasSubstr("\nplain,1:4,")));
 }
 
 TEST(PreviewTest, OfSeveralInputsShowsTheta) {
@@ -309,6 +321,25 @@ TEST(BoundsTest, CountForAPolicyFileAsWell) {
   const auto given = column(said.output, "output_1");
   EXPECT_EQ(*std::ranges::max_element(given), 8);
   EXPECT_EQ(*std::ranges::min_element(given), -8);
+
+  // And where it is evaluated, once, on the robot say.
+  const std::string trace = in(service, "trace.csv");
+  const std::string policy = state_of(service) + "/policies/tree-0.json";
+  std::vector<std::string> evaluate = {
+      policy, in(service, "again.toml"), "--condition", "tree", "--trace", trace};
+  const Said worth = service.run("treeroll-evaluate", evaluate);
+  ASSERT_EQ(worth.status, 0) << worth.errors;
+  EXPECT_THAT(worth.errors, HasSubstr("the study's policy.bounds count"));
+  const auto sent = column(read_file(trace), "cart_acceleration_mps2");
+  EXPECT_EQ(*std::ranges::max_element(sent), 8);
+  json other = json::parse(read_file(policy));
+  other["bounds"] = json::parse(R"({"outside": "clip", "theta_min": [], "theta_max": [],
+      "output_min": [], "output_max": [99], "output_rate_max": [], "sample_time_s": 0,
+      "output_start": []})");
+  write_file(evaluate.front() = in(service, "other.json"), other.dump());
+  const Said refused = service.run("treeroll-evaluate", evaluate);
+  EXPECT_EQ(refused.status, 2) << refused.errors;
+  EXPECT_THAT(refused.errors, HasSubstr("has other bounds than the study"));
 }
 
 }  // namespace
