@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "common/base/for_log.h"
+
 namespace treeroll {
 
 void LogLimiter::add(TimePoint now, LogLine line, std::vector<LogLine>& passed) {
@@ -11,6 +13,7 @@ void LogLimiter::add(TimePoint now, LogLine line, std::vector<LogLine>& passed) 
   Kind& kind = kinds_.try_emplace(line.kind, Kind{.since = now, .last = {}}).first->second;
   if (kind.num_passed < kLinesMax) {
     ++kind.num_passed;
+    line.text = for_log(line.text);
     passed.push_back(std::move(line));
     return;
   }
@@ -43,7 +46,7 @@ void LogLimiter::tell_rest(TimePoint now, std::vector<LogLine>& passed) {
 LogLine LogLimiter::summary(TimePoint now, const Kind& kind) {
   return {kind.last.level, kind.last.kind,
           fmt::format("{}: {} more in the last {:.0f} s, the last: {}", kind.last.kind,
-                      kind.num_left_out, to_seconds(now - kind.since), kind.last.text)};
+                      kind.num_left_out, to_seconds(now - kind.since), for_log(kind.last.text))};
 }
 
 }  // namespace treeroll

@@ -26,7 +26,8 @@ class LogLimiter {
   static constexpr int kLinesMax = 10;
   static constexpr Duration kPeriod = std::chrono::seconds(60);
 
-  /// Appends the line to `passed`, or counts it.
+  /// Appends the line to `passed`, without control characters (strangers have had a say in it), or
+  /// counts it.
   void add(TimePoint now, LogLine line, std::vector<LogLine>& passed);
   /// Appends a line for each kind whose period is over and left lines out. To be called now and
   /// then, whatever happens.

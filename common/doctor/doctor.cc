@@ -54,6 +54,8 @@ Findings watch_group(const DoctorOptions& options, const LcmUrl& url) {
   bus_options.url = options.lcm_url;
   bus_options.channels = {Channel::kRolloutBatch, Channel::kWorkerStatus, Channel::kLearnerStatus};
   bus_options.among_programs = true;
+  bus_options.key_file =
+      transport::key_file_of("--key-file", options.key_file, transport::Voice::kLearner);
   bus_options.on_message = [&](const protocol::Message& message) {
     watch->take(loop.now(), message);
   };
@@ -64,7 +66,8 @@ Findings watch_group(const DoctorOptions& options, const LcmUrl& url) {
       GroupWatch::Settings{.id = random_id(),
                            .version = program_version(),
                            .group = fmt::format("{}, port {}", url.host, url.port),
-                           .batch_bytes_max = bus->batch_bytes_max()});
+                           .batch_bytes_max = bus->batch_bytes_max(),
+                           .word_bytes = bus->word_bytes()});
 
   const bool is_udpm = url.provider == transport::Provider::kUdpm;
   const std::int64_t drops_before = lost_in_full_sockets(read_snmp());
@@ -94,12 +97,20 @@ Findings watch_group(const DoctorOptions& options, const LcmUrl& url) {
                                     statistics.last_publish_error),
                         "see `route`"});
   }
+  findings.push_back(
+      options.key_file.empty()
+          ? Finding{Level::kNotice, "keys",
+                    "this program has none: what it hears is not verified, and whoever has one "
+                    "refuses what it says",
+                    "--key-file FILE where the group has keys; treeroll-keygen makes them"}
+          : Finding{Level::kOk, "keys", "only what is signed with ours is heard"});
   if (statistics.num_rejected > 0) {
-    findings.push_back({Level::kNotice, "strangers",
-                        fmt::format("{} messages were refused, the last one: {}",
-                                    statistics.num_rejected, statistics.last_rejection),
-                        "somebody on the group runs another version, or is no treeroll: another "
-                        "port is another group"});
+    findings.push_back(
+        {Level::kNotice, "strangers",
+         fmt::format("{} messages were refused, the last one: {}", statistics.num_rejected,
+                     statistics.last_rejection),
+         "somebody on the group runs another version, has another key or none, or is "
+         "no treeroll: another port is another group"});
   }
   append(findings, watch->findings());
   return findings;

@@ -20,15 +20,16 @@ std::string where(const std::string& host, std::int32_t pid) {
 }
 
 /// Words to workers that one batch holds, and the bytes it has with so many.
-std::size_t num_words_max(std::size_t batch_bytes_max) {
+std::size_t num_words_max(const GroupWatch::Settings& settings) {
   const std::size_t room =
-      batch_bytes_max - protocol::kFrameBytesMax - protocol::kRolloutBatchBytes;
-  return std::min<std::size_t>(room / protocol::kAcknowledgementBytes,
+      settings.batch_bytes_max - protocol::kFrameBytesMax - protocol::kRolloutBatchBytes;
+  return std::min<std::size_t>(room / (protocol::kAcknowledgementBytes + settings.word_bytes),
                                protocol::kAcknowledgementsPerBatchMax);
 }
 
-std::size_t bytes_of(std::size_t num_words) {
-  return protocol::kRolloutBatchBytes + num_words * protocol::kAcknowledgementBytes;
+std::size_t bytes_of(std::size_t num_words, const GroupWatch::Settings& settings) {
+  return protocol::kRolloutBatchBytes +
+         num_words * (protocol::kAcknowledgementBytes + settings.word_bytes);
 }
 
 std::string plural(std::int64_t count, const char* one) {
@@ -49,7 +50,7 @@ protocol::RolloutBatch GroupWatch::next_batch(TimePoint now) {
 
 protocol::RolloutBatch GroupWatch::greeting(TimePoint now) {
   protocol::RolloutBatch batch = next_batch(now);
-  const std::size_t count_max = num_words_max(settings_.batch_bytes_max);
+  const std::size_t count_max = num_words_max(settings_);
   auto next = workers_.upper_bound(last_greeted_);
   for (std::size_t i = 0; i < workers_.size(); ++i, ++next) {
     if (next == workers_.end()) next = workers_.begin();
@@ -65,7 +66,7 @@ protocol::RolloutBatch GroupWatch::greeting(TimePoint now) {
 
 protocol::RolloutBatch GroupWatch::longest_batch(TimePoint now) {
   protocol::RolloutBatch batch = next_batch(now);
-  const std::size_t count = num_words_max(settings_.batch_bytes_max);
+  const std::size_t count = num_words_max(settings_);
   // Workers draw their names among 2^63: none has these.
   for (std::size_t i = 1; i <= count; ++i) {
     batch.acknowledgements.push_back(
@@ -124,7 +125,7 @@ void GroupWatch::say_echoes(Findings& findings) const {
                         "`iptables -L` shows it)"});
     return;
   }
-  const std::size_t longest = bytes_of(num_words_max(settings_.batch_bytes_max));
+  const std::size_t longest = bytes_of(num_words_max(settings_), settings_);
   if (!long_ones_.empty() && !long_came_back_) {
     findings.push_back({Level::kTrouble, "length",
                         fmt::format("short messages come back, those of {} bytes do not", longest),

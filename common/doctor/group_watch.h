@@ -22,6 +22,7 @@ class GroupWatch {
     std::string version;         ///< of this program
     std::string group;           ///< for the words: "239.255.76.67, UDP port 7667"
     std::size_t batch_bytes_max = 0;
+    std::size_t word_bytes = 0;  ///< of a batch, for each worker that it names
   };
   explicit GroupWatch(Settings settings);
 

@@ -43,6 +43,11 @@ void PolicyRegistry::set_start(std::string_view kind, StartReader start) {
   found->second.start = std::move(start);
 }
 
+void PolicyRegistry::add_choice(std::string name, StartReader start) {
+  CHECK(start, "a choice is read");
+  add(std::move(name), {}, std::move(start));
+}
+
 Result<PolicyPtr> PolicyRegistry::from_json(std::string_view text) const {
   try {
     return read(text);
@@ -66,7 +71,9 @@ PolicyPtr PolicyRegistry::read(std::string_view text) const {
     kind = value["kind"].get<std::string>();
   }
   const auto found = kinds_.find(kind);
-  if (found == kinds_.end()) throw PolicyTextError("$.kind", "must be one of: " + known());
+  if (found == kinds_.end() || !found->second.make) {
+    throw PolicyTextError("$.kind", "must be one of: " + known());
+  }
   const bool has_bounds = value.contains("bounds");  // null is none, and refused
   const json bounds = has_bounds ? value["bounds"] : json();
   for (const char* head : {"format", "version", "kind", "bounds"}) value.erase(head);
@@ -105,7 +112,10 @@ StartPolicy PolicyRegistry::read_start(SettingsReader& policy, const StartSource
 
 std::string PolicyRegistry::known() const {
   std::string names;
-  for (const auto& [name, kind] : kinds_) names += (names.empty() ? "" : ", ") + name;
+  for (const auto& [name, kind] : kinds_) {
+    if (!kind.make) continue;
+    names += (names.empty() ? "" : ", ") + name;
+  }
   return names;
 }
 

@@ -60,6 +60,9 @@ class PolicyRegistry {
   void add(std::string kind, PolicyMaker make, StartReader start);
   /// Precondition: the kind is known and has no way to start yet.
   void set_start(std::string_view kind, StartReader start);
+  /// A name that a study may give in place of a kind: the start is one of the kinds known.
+  /// Precondition: the name is new and not empty.
+  void add_choice(std::string name, StartReader start);
 
   /// The policy of a text that to_json() wrote, to the bit. An Error names the place and the rule.
   Result<PolicyPtr> from_json(std::string_view text) const;
@@ -68,11 +71,11 @@ class PolicyRegistry {
 
  private:
   struct Kind {
-    PolicyMaker make;
+    PolicyMaker make;  ///< empty: a choice, of which there are no texts
     StartReader start;
   };
   PolicyPtr read(std::string_view text) const;
-  std::string known() const;
+  std::string known() const;  ///< kinds that a text may have
 
   std::map<std::string, Kind, std::less<>> kinds_;
 };

@@ -82,4 +82,27 @@ std::size_t PolicyText::word(const std::vector<const char*>& words) const {
   refuse(fmt::format("must be one of: {}", fmt::join(words, ", ")));
 }
 
+Eigen::MatrixXd PolicyText::rows(Count num_rows, Count num_columns) const {
+  const std::size_t size = list_size(num_rows.min, num_rows.max);
+  const std::size_t columns = at(0).list_size(num_columns.min, num_columns.max);
+  Eigen::MatrixXd numbers(size, columns);
+  for (std::size_t o = 0; o < size; ++o) {
+    const PolicyText row = at(o);
+    row.list_size(columns, columns);
+    for (std::size_t i = 0; i < columns; ++i) {
+      numbers(static_cast<Eigen::Index>(o), static_cast<Eigen::Index>(i)) = row.at(i).number();
+    }
+  }
+  return numbers;
+}
+
+nlohmann::json json_rows(const Eigen::MatrixXd& numbers) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (Eigen::Index o = 0; o < numbers.rows(); ++o) {
+    const Eigen::RowVectorXd row = numbers.row(o);
+    rows.push_back(std::vector<double>(row.begin(), row.end()));
+  }
+  return rows;
+}
+
 }  // namespace treeroll

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <set>
@@ -42,10 +43,19 @@ class PolicyText {
   int integer(int min, int max) const;
   /// @return  the index of the word
   std::size_t word(const std::vector<const char*>& words) const;
+  struct Count {
+    std::size_t min;
+    std::size_t max;
+  };
+  /// A list of rows of numbers, all equally long.
+  Eigen::MatrixXd rows(Count num_rows, Count num_columns) const;
 
  private:
   const nlohmann::json* value_;
   std::string path_;
 };
+
+/// A matrix as JSON: PolicyText::rows() reads it.
+nlohmann::json json_rows(const Eigen::MatrixXd& numbers);
 
 }  // namespace treeroll

@@ -21,6 +21,8 @@ inline constexpr std::size_t kBatchBytesRemoteMax = 1400;
 
 inline constexpr int kRolloutsPerBatchMax = 1024;
 inline constexpr int kAcknowledgementsPerBatchMax = 1024;
+/// Workers that one batch of roll-outs and acknowledgements names.
+inline constexpr int kNamedPerBatchMax = kRolloutsPerBatchMax + kAcknowledgementsPerBatchMax;
 inline constexpr int kResultsPerBatchMax = 1024;
 inline constexpr int kHeldPerMessageMax = 4096;
 inline constexpr int kLearnersPerStatusMax = 64;
@@ -63,6 +65,12 @@ inline constexpr std::size_t kWorkersMax = 4096;
 /// A worker names all it holds in one message.
 inline constexpr int kLeasesPerWorkerMax = kHeldPerMessageMax;
 inline constexpr std::size_t kRefusalsPerWorkerMax = 256;
+/// Workers that have been asked one question and may still answer it.
+inline constexpr std::size_t kAskedMax = 64;
+/// Different descriptions of one task that workers give.
+inline constexpr std::size_t kDescriptionsMax = 16;
+/// A worker that has answered nothing counts for so many evaluators at most.
+inline constexpr int kEvaluatorsUnshownMax = 16;
 /// Of a worker's results, stretches that have been read past missing ones.
 inline constexpr std::size_t kStretchesReadMax = 256;
 /// Of the learner's last batches a worker says whether they have come: a bit each. Requests in

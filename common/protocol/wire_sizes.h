@@ -18,7 +18,11 @@ inline constexpr std::size_t kIdBytes = 8;           ///< of a worker or a learn
 inline constexpr std::size_t kIndexBytes = 8;        ///< of a batch or a result
 inline constexpr std::size_t kCountBytes = 4;        ///< before a list or a string
 inline constexpr std::size_t kContentHashBytes = 16;
-inline constexpr std::size_t kMacBytes = 16;        ///< ends a message
+inline constexpr std::size_t kMacBytes = 16;
+/// Key, index and authentication code: end a message.
+inline constexpr std::size_t kSignatureBytes = 8 + kIndexBytes + kMacBytes;
+/// Of a signed batch, for each worker that it names.
+inline constexpr std::size_t kWordMacBytes = kMacBytes;
 inline constexpr std::size_t kRolloutKeyBytes = 8;  ///< run, number
 
 /// Worker, key, attempt, content, task, policy, task seed, counts of theta and its name; and theta.
@@ -37,32 +41,32 @@ inline constexpr std::size_t kAcknowledgementBytes = kIdBytes + 2 * kIndexBytes;
 
 // Messages with empty lists and strings.
 
-/// Learner, sequence, counts of roll-outs and acknowledgements.
+/// Learner, sequence, counts of roll-outs, acknowledgements and their authentication codes.
 inline constexpr std::size_t kRolloutBatchBytes =
-    kFingerprintBytes + kIdBytes + kIndexBytes + 2 * kCountBytes + kMacBytes;
+    kFingerprintBytes + kIdBytes + kIndexBytes + 3 * kCountBytes + kSignatureBytes;
 /// Worker, learner, last batch, batches received, free slots, oldest and first result, count of
 /// results.
 inline constexpr std::size_t kRewardBatchBytes = kFingerprintBytes + 2 * kIdBytes +
                                                  2 * kIndexBytes + 4 + 2 * kIndexBytes +
-                                                 kCountBytes + kMacBytes;
+                                                 kCountBytes + kSignatureBytes;
 /// Worker, three names with their NULs, pid, evaluators, free slots, receive buffer, draining, five
 /// counters, count of learners.
 inline constexpr std::size_t kWorkerStatusBytes = kFingerprintBytes + kIdBytes +
                                                   3 * (kCountBytes + 1) + 4 * 4 + 1 + 5 * 8 +
-                                                  kCountBytes + kMacBytes;
+                                                  kCountBytes + kSignatureBytes;
 /// Of a status: learner, last batch, last result, count of keys, from where to where.
 inline constexpr std::size_t kHeldRolloutsBytes =
     kIdBytes + 2 * kIndexBytes + kCountBytes + 2 * kRolloutKeyBytes;
 /// Worker, learner, count of definitions.
 inline constexpr std::size_t kDefinitionRequestBytes =
-    kFingerprintBytes + 2 * kIdBytes + kCountBytes + kMacBytes;
+    kFingerprintBytes + 2 * kIdBytes + kCountBytes + kSignatureBytes;
 /// Kind, hash, count of pieces; and their numbers.
 constexpr std::size_t wanted_definition_bytes(std::size_t num_pieces) {
   return 1 + kContentHashBytes + kCountBytes + 4 * num_pieces;
 }
 /// Learner, kind, hash, size of the whole, number, count of bytes.
 inline constexpr std::size_t kDefinitionPieceBytes =
-    kFingerprintBytes + kIdBytes + 1 + kContentHashBytes + 4 + 4 + kCountBytes + kMacBytes;
+    kFingerprintBytes + kIdBytes + 1 + kContentHashBytes + 4 + 4 + kCountBytes + kSignatureBytes;
 
 static_assert(kFrameBytesMax + kDefinitionPieceBytes + kPieceBytes <= kBatchBytesRemoteMax,
               "a piece fits a frame");

@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/result.h"
 #include "common/protocol/messages.h"
 #include "common/transport/channel.h"
+#include "common/transport/key_file.h"
 
 namespace treeroll::transport {
 
@@ -23,6 +25,8 @@ struct BusStatistics {
   std::int64_t num_received = 0;
   std::int64_t num_rejected = 0;  ///< messages on a wanted channel refused by the codec
   std::string last_rejection;     ///< why the last one was, empty if none
+  std::int64_t num_replayed = 0;  ///< signed messages that have come before
+  std::string key_file_error;     ///< why a key file that has changed is not used, empty if it is
   std::int64_t num_foreign = 0;   ///< datagrams past the kernel's filter that are no LCM message
   std::int32_t receive_buffer_bytes = 0;  ///< of messages that wait to be read
 };
@@ -39,6 +43,8 @@ class Bus {
   /// What to fill a message to: one Ethernet frame where datagrams cross hosts, since paths lose
   /// fragments one by one, or all. There a larger message is not sent.
   virtual std::size_t batch_bytes_max() const = 0;
+  /// What a roll-out batch takes more for each worker that it names: 0 without keys.
+  virtual std::size_t word_bytes() const = 0;
 };
 
 struct BusOptions {
@@ -49,6 +55,11 @@ struct BusOptions {
   std::function<void(protocol::Message)> on_message;
   /// Refuses a URL by which no other program is reached: memq, file.
   bool among_programs = false;
+  /// What is said is signed, and what is not signed is refused. The file is looked at again now and
+  /// then.
+  std::optional<KeyFile> key_file = std::nullopt;
+  /// With keys: see Authenticator.
+  bool only_watches = false;
 };
 
 /// The URL to use: the option if given, else LCM_DEFAULT_URL, else LCM's default (ttl 0).

@@ -16,6 +16,19 @@ std::vector<std::string> BusTrouble::news(const BusStatistics& statistics) {
                                 statistics.last_rejection));
     num_rejected_told_ = statistics.num_rejected;
   }
+  if (statistics.num_replayed > 2 * num_replayed_told_) {
+    lines.push_back(fmt::format(
+        "{} signed messages came a second time and were refused: the network doubles them, or "
+        "somebody plays a recording",
+        statistics.num_replayed));
+    num_replayed_told_ = statistics.num_replayed;
+  }
+  if (statistics.key_file_error != key_file_error_told_) {
+    key_file_error_told_ = statistics.key_file_error;
+    if (!key_file_error_told_.empty()) {
+      lines.push_back(fmt::format("the keys stay as they were: {}", key_file_error_told_));
+    }
+  }
   return lines;
 }
 

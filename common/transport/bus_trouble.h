@@ -18,6 +18,8 @@ class BusTrouble {
  private:
   std::int64_t num_unsent_told_ = 0;
   std::int64_t num_rejected_told_ = 0;
+  std::int64_t num_replayed_told_ = 0;
+  std::string key_file_error_told_;
 };
 
 }  // namespace treeroll::transport

@@ -65,7 +65,12 @@ struct ToWire {
     size = static_cast<std::int32_t>(m.size());
     w.assign(m.begin(), m.end());
   }
-  void mac(auto& w) { std::ranges::fill(w, std::uint8_t{0}); }
+  void word_macs(const char*, auto& size, auto&, int) { size = 0; }
+  void signature(auto& key_id, auto& signed_index, auto& mac) {
+    key_id = 0;
+    signed_index = 0;
+    std::ranges::fill(mac, std::uint8_t{0});
+  }
 };
 
 struct FromWire {
@@ -94,7 +99,8 @@ struct FromWire {
     if (!w.empty()) hash(name, m.emplace(), w[0]);
   }
   void bytes(const char*, auto& m, auto&, auto& w, std::size_t) { m.assign(w.begin(), w.end()); }
-  void mac(auto&) {}
+  void word_macs(const char*, auto&, auto&, int) {}
+  void signature(auto&, auto&, auto&) {}
 };
 
 template <class M>

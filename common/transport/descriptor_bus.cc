@@ -45,7 +45,7 @@ void set_flag(int descriptor, int flag, int value) {
 class DescriptorBus final : public LcmBus {
  public:
   DescriptorBus(Loop& loop, LcmUrl url, BusOptions options)
-      : LcmBus(nullptr, std::move(url), std::move(options)), loop_(loop) {
+      : LcmBus(loop, nullptr, std::move(url), std::move(options)), loop_(loop) {
     // Streams and queues drop nothing that a window could prevent.
     statistics_.receive_buffer_bytes = kReceiveBufferBytesDefault;
     subscriptions_.reserve(options_.channels.size());  // liblcm keeps their addresses

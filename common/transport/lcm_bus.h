@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/base/result.h"
+#include "common/transport/authenticator.h"
 #include "common/transport/bus.h"
 #include "common/transport/lcm_url.h"
 #include "common/transport/loop.h"
@@ -28,9 +29,11 @@ class LcmBus : public Bus {
   void publish(const protocol::Message& message) final;
   BusStatistics statistics() const override { return statistics_; }
   std::size_t batch_bytes_max() const override;
+  std::size_t word_bytes() const override;
 
  protected:
-  LcmBus(LcmHandle lcm, LcmUrl url, BusOptions options);
+  /// The loop must outlive the bus.
+  LcmBus(Loop& loop, LcmHandle lcm, LcmUrl url, BusOptions options);
   /// Hands encoded bytes to liblcm; otherwise why not.
   virtual std::optional<std::string> send(Channel channel, const std::vector<std::byte>& bytes);
   /// Whether datagrams leave this host, where fragments are lost one by one or altogether.
@@ -43,6 +46,14 @@ class LcmBus : public Bus {
   LcmUrl url_;
   BusOptions options_;
   BusStatistics statistics_;
+
+ private:
+  void reject(std::string why);
+  void look_at_keys();
+
+  Loop& keys_loop_;
+  std::optional<Authenticator> authenticator_;
+  Timer keys_timer_;
 };
 
 /// udpm: receives on a MulticastReceiver.

@@ -10,8 +10,8 @@ namespace {
 
 class UdpmBus final : public LcmBus {
  public:
-  UdpmBus(LcmHandle lcm, LcmUrl url, BusOptions options)
-      : LcmBus(std::move(lcm), std::move(url), std::move(options)) {}
+  UdpmBus(Loop& loop, LcmHandle lcm, LcmUrl url, BusOptions options)
+      : LcmBus(loop, std::move(lcm), std::move(url), std::move(options)) {}
 
   Result<bool> start(Loop& loop) {
     auto receiver = MulticastReceiver::open(
@@ -39,7 +39,7 @@ Result<std::unique_ptr<Bus>> open_udpm_bus(Loop& loop, LcmUrl url, BusOptions op
   if (const auto route = probe_multicast_route(url); !route) return route.error();
   LcmHandle lcm(lcm_create(url.text.c_str()));
   if (!lcm) return Error{fmt::format("LCM URL \"{}\": liblcm refuses it", url.text)};
-  auto bus = std::make_unique<UdpmBus>(std::move(lcm), std::move(url), std::move(options));
+  auto bus = std::make_unique<UdpmBus>(loop, std::move(lcm), std::move(url), std::move(options));
   if (const auto started = bus->start(loop); !started) return started.error();
   return std::unique_ptr<Bus>(std::move(bus));
 }

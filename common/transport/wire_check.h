@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "common/protocol/wire_sizes.h"
 #include "common/transport/wire_fields.h"
 
 namespace treeroll::transport::wire {
@@ -105,10 +106,16 @@ class Checker {
     const auto size = integer_within(4, 0, static_cast<std::int64_t>(bytes_max), "count ");
     if (size) take(static_cast<std::size_t>(*size));
   }
-  template <class W>
-  void mac(W& w) {
+  template <class C, class W>
+  void word_macs(const char* name, C&, W&, int count_max) {
+    list(name, count_max, [&] { take(protocol::kMacBytes); });
+  }
+  template <class K, class I, class W>
+  void signature(K& key_id, I& signed_index, W& mac) {
+    count("key_id", key_id, key_id);
+    count("signed_index", signed_index, signed_index);
     const Step step(*this, "mac");
-    take(sizeof(w));
+    take(sizeof(mac));
   }
 
  private:

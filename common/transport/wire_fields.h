@@ -37,7 +37,8 @@
 ///   integers     a list of at most so many integers within 0 and a highest value
 ///   maybe_hash   16 bytes or none
 ///   bytes        at most so many bytes of any value
-///   mac          the authentication code, which messages do not carry
+///   word_macs    authentication codes for the workers that are named; signature.h writes them
+///   signature    key, index and authentication code, which messages do not carry either
 namespace treeroll::transport::wire {
 
 template <class Message>
@@ -89,7 +90,8 @@ struct Fields<protocol::RolloutBatch> {
     v.records("rollouts", m.rollouts, w.num_rollouts, w.rollouts, protocol::kRolloutsPerBatchMax);
     v.records("acknowledgements", m.acknowledgements, w.num_acknowledgements, w.acknowledgements,
               protocol::kAcknowledgementsPerBatchMax);
-    v.mac(w.mac);
+    v.word_macs("word_macs", w.num_word_macs, w.word_macs, protocol::kNamedPerBatchMax);
+    v.signature(w.key_id, w.signed_index, w.mac);
   }
 };
 
@@ -119,7 +121,7 @@ struct Fields<protocol::RewardBatch> {
     v.bounded("oldest_index", m.oldest_index, w.oldest_index, protocol::kRunningNumberMax);
     v.bounded("first_index", m.first_index, w.first_index, protocol::kRunningNumberMax);
     v.records("results", m.results, w.num_results, w.results, protocol::kResultsPerBatchMax);
-    v.mac(w.mac);
+    v.signature(w.key_id, w.signed_index, w.mac);
   }
 };
 
@@ -158,7 +160,7 @@ struct Fields<protocol::WorkerStatus> {
     v.count("num_restarts", m.num_restarts, w.num_restarts);
     v.count("num_rejected", m.num_rejected, w.num_rejected);
     v.records("held", m.held, w.num_held, w.held, protocol::kLearnersPerStatusMax);
-    v.mac(w.mac);
+    v.signature(w.key_id, w.signed_index, w.mac);
   }
 };
 
@@ -174,7 +176,7 @@ struct Fields<protocol::DefinitionPiece> {
     v.bounded("total_bytes", m.num_bytes, w.total_bytes, protocol::kDefinitionBytesMax);
     v.bounded("index", m.index, w.index, protocol::kPiecesMax - 1);
     v.bytes("piece", m.bytes, w.num_bytes, w.piece, protocol::kPieceBytes);
-    v.mac(w.mac);
+    v.signature(w.key_id, w.signed_index, w.mac);
   }
 };
 
@@ -199,7 +201,7 @@ struct Fields<protocol::DefinitionRequest> {
     v.count("learner_id", m.learner_id, w.learner_id);
     v.records("definitions", m.definitions, w.num_definitions, w.definitions,
               protocol::kDefinitionsPerRequestMax);
-    v.mac(w.mac);
+    v.signature(w.key_id, w.signed_index, w.mac);
   }
 };
 
@@ -214,7 +216,7 @@ struct Fields<protocol::DefinitionReport> {
     v.hash("definition_id", m.definition_id, w.definition_id);
     v.flag("accepted", m.accepted, w.accepted);
     v.text("text", m.text, w.text, protocol::kStringBytesMax);
-    v.mac(w.mac);
+    v.signature(w.key_id, w.signed_index, w.mac);
   }
 };
 
@@ -249,7 +251,7 @@ struct Fields<protocol::LearnerStatus> {
     v.count("num_conflicting", m.num_conflicting, w.num_conflicting);
     v.number("best_reward", m.best_reward, w.best_reward);
     v.text("last_failure", m.last_failure, w.last_failure, protocol::kStringBytesMax);
-    v.mac(w.mac);
+    v.signature(w.key_id, w.signed_index, w.mac);
   }
 };
 
@@ -274,7 +276,7 @@ struct Fields<protocol::RunStatus> {
     v.number("reward_slope", m.reward_slope, w.reward_slope);
     v.number("noise_deviation", m.noise_deviation, w.noise_deviation);
     v.flag("done", m.done, w.done);
-    v.mac(w.mac);
+    v.signature(w.key_id, w.signed_index, w.mac);
   }
 };
 
@@ -294,7 +296,7 @@ struct Fields<protocol::BestPolicy> {
     v.bounded("total_bytes", m.policy_bytes, w.total_bytes, protocol::kDefinitionBytesMax);
     v.bounded("index", m.index, w.index, protocol::kPiecesMax - 1);
     v.bytes("piece", m.policy, w.num_bytes, w.piece, protocol::kPieceBytes);
-    v.mac(w.mac);
+    v.signature(w.key_id, w.signed_index, w.mac);
   }
 };
 

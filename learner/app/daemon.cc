@@ -44,11 +44,15 @@ LearnerDaemon::LearnerDaemon(const LoadedStudy& loaded, learner::LearnerSettings
   bus.channels = {Channel::kRewardBatch, Channel::kWorkerStatus, Channel::kDefinitionRequest,
                   Channel::kDefinitionReport};
   bus.among_programs = true;
+  bus.key_file = transport::key_file_of("--key-file", options.key_file, transport::Voice::kLearner);
+  trust_ = transport::trust_in_words(bus.key_file);
   bus.on_message = [this](protocol::Message message) { receive(std::move(message)); };
   Result<std::unique_ptr<transport::Bus>> opened = open_bus(loop_, std::move(bus));
   if (!opened) throw ConfigError("--lcm-url", options.lcm_url, opened.error().message);
   bus_ = std::move(*opened);
   settings_.batch_bytes_max = bus_->batch_bytes_max();
+  settings_.word_bytes = bus_->word_bytes();
+  settings_.is_authenticated = !options.key_file.empty();
   const bool has_page = !options.page.address.empty();
   if (has_page) {
     settings_.on_applied = [this](const learner::Run& run, int number) {
@@ -78,6 +82,7 @@ void LearnerDaemon::run() {
   manager_.say_ready();  // of a study that is done too: else its service would have failed to start
   loop_.on_signals(stop_signals(), [this](int signal) { stop(signal); });
   if (core_->outcome() != learner::LearnerCore::Outcome::kRunning) return finish();
+  spdlog::info("{}", trust_);
   if (page_) spdlog::info("the page is {}", page_->url());
   if (options_.local_workers > 0) {
     loop_.on_signals({SIGCHLD}, [this](int) {

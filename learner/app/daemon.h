@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/transport/bus.h"
@@ -82,6 +83,7 @@ class LearnerDaemon : private learner::EffectHandler {
   transport::Timer restart_timer_{loop_, [this] { watch_local_worker(); }};
   learner::LearnerSettings settings_;
   const LearnerOptions& options_;
+  std::string trust_;  // who is believed, in words
   std::unique_ptr<transport::Bus> bus_;
   std::unique_ptr<learner::LearnerCore> core_;
   learner::Effects effects_;  // of one step; its memory serves the next

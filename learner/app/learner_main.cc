@@ -36,6 +36,9 @@ void describe_learner(CommandLine& line, LearnerOptions& options) {
   line.add("--evaluator", options.worker_program.evaluator, kEvaluatorHelp);
   line.add("--lcm-url", options.lcm_url,
            "LCM URL [LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0]");
+  line.add("--key-file", options.key_file,
+           "Learner's keys of treeroll-keygen: what is said is signed, what is not signed is "
+           "refused; handed on to the local worker");
   line.add("--set", options.overrides,
            "KEY=VALUE overrides a key of the study, TOML value; with --resume it extends the "
            "study: more study.rollouts, study.repetitions or study.stop_after_s")

@@ -38,6 +38,9 @@ bool LocalWorker::start(TimePoint now) {
   started_at_ = now;
   std::vector<std::string> arguments = {"--processes", fmt::format("{}", options_.local_workers),
                                         "--lcm-url", options_.lcm_url};
+  if (!options_.key_file.empty()) {
+    arguments.insert(arguments.end(), {"--key-file", options_.key_file.string()});
+  }
   // A worker executable of an earlier version knows no such option.
   if (logs_as_json()) arguments.insert(arguments.end(), {"--log", "json"});
   Result<pid_t> child =

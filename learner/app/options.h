@@ -21,6 +21,7 @@ struct LearnerOptions {
   WorkerProgram worker_program;
   bool needs_worker_program = false;  ///< else remote workers may describe and evaluate the tasks
   std::string lcm_url;                ///< resolved
+  std::filesystem::path key_file;     ///< empty: nothing is signed
   web::PageOptions page;              ///< --http
   std::optional<std::string> help_keys;  ///< list the keys of a study that hold this, and end
   bool check = false;                    ///< say what the study would do

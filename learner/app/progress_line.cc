@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/for_log.h"
 #include "common/base/shown_reward.h"
 
 namespace treeroll {
@@ -44,7 +45,7 @@ std::string failures(const protocol::LearnerStatus& status) {
   std::vector<std::string> said;
   if (status.num_failed > 0) said.push_back(fmt::format("{} failed", status.num_failed));
   if (status.num_discarded > 0) said.push_back(fmt::format("{} discarded", status.num_discarded));
-  if (!status.last_failure.empty()) said.push_back("the last failure: " + status.last_failure);
+  if (!status.last_failure.empty()) said.push_back("the last failure: " + for_log(status.last_failure));
   return said.empty() ? "" : fmt::format("; {}", fmt::join(said, ", "));
 }
 
@@ -77,7 +78,7 @@ ProgressLine::~ProgressLine() {
 void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
   if (!status.waiting_for.empty() && (!last_warned_ || now - *last_warned_ >= kWarningPeriod)) {
     log_.add(now, LogLine::Level::kWarning, "waiting",
-             fmt::format("waiting: {}", status.waiting_for));
+             fmt::format("waiting: {}", for_log(status.waiting_for)));
     last_warned_ = now;
   }
   if (!last_shown_) {
@@ -114,6 +115,16 @@ void ProgressLine::show(const transport::BusStatistics& bus, TimePoint now) {
     log_.add(now, LogLine::Level::kWarning, "failures to send",
              fmt::format("{} messages not sent so far, the last: {}", bus.num_unsent,
                          bus.last_publish_error));
+  }
+  if (bus.num_replayed > shown_bus_.num_replayed) {
+    log_.add(now, LogLine::Level::kWarning, "messages that come twice",
+             fmt::format("{} signed messages came a second time and were refused: the network "
+                         "doubles them, or somebody plays a recording",
+                         bus.num_replayed));
+  }
+  if (!bus.key_file_error.empty() && bus.key_file_error != shown_bus_.key_file_error) {
+    log_.add(now, LogLine::Level::kError, "key files that are not used",
+             fmt::format("the keys stay as they were: {}", bus.key_file_error));
   }
   shown_bus_ = bus;
 }

@@ -103,7 +103,7 @@ class Candidates {
     return std::min(share - static_cast<int>(seat.num_out), worker.free_slots);
   }
   static double load(const Seat& seat) {
-    const double load = static_cast<double>(seat.num_out) / seat.worker->num_evaluators;
+    const double load = static_cast<double>(seat.num_out) / seat.worker->evaluators_shown();
     return seat.worker->is_first_choice() ? load : load + kLoadOfSecondChoice;
   }
   /// What has been given since stands once more, behind.
@@ -129,8 +129,9 @@ int window(const WorkerEntry& worker, double rollout_time_s) {
   if (rollout_time_s > 0) {
     depth += static_cast<int>(std::min<double>(kDepthMax, kCoveredDelaySeconds / rollout_time_s));
   }
-  const int wanted = worker.num_evaluators * std::min(depth, kDepthMax);
-  const int fits = std::max(worker.num_evaluators, worker.receive_buffer_bytes / 2 / kRequestBytes);
+  const int num_evaluators = worker.evaluators_shown();
+  const int wanted = num_evaluators * std::min(depth, kDepthMax);
+  const int fits = std::max(num_evaluators, worker.receive_buffer_bytes / 2 / kRequestBytes);
   return std::min({wanted, fits, protocol::kLeasesPerWorkerMax});
 }
 

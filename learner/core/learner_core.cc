@@ -45,6 +45,7 @@ LearnerCore::LearnerCore(Study study, LearnerSettings settings)
       host_(settings.host),
       pid_(settings.pid),
       on_applied_(settings.on_applied),
+      is_authenticated_(settings.is_authenticated),
       workforce_(with_class(std::move(settings), study_.numeric_class), *this) {
   for (const Condition& condition : study_.conditions) {
     task_ids_.push_back(workforce_.add_task(condition.task_content));
@@ -193,21 +194,23 @@ void LearnerCore::take(const Turn& turn, const AcceptedResult& result, int numer
   }
 }
 
-bool LearnerCore::take_facts(const Turn&, const ContentHash& task_id,
-                             const TaskDescription& facts) {
+/// Without keys anybody may say what a task is: a word that does not fit is its sender's trouble.
+std::optional<std::string> LearnerCore::take_facts(const Turn&, const ContentHash& task_id,
+                                                   const TaskDescription& facts) {
   for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
     if (task_ids_[c] != task_id) continue;
     const Policy& policy = *study_.conditions[c].start;
     if (policy.input_dim() == facts.input_dim && policy.output_dim() == facts.output_dim) {
       continue;
     }
-    fail(fmt::format(
+    const std::string why = fmt::format(
         "condition {}: the task takes {} inputs and {} outputs, the policy has {} and {}",
         study_.conditions[c].name, facts.input_dim, facts.output_dim, policy.input_dim(),
-        policy.output_dim()));
-    return false;
+        policy.output_dim());
+    if (is_authenticated_) fail(why);
+    return why;
   }
-  return true;
+  return std::nullopt;
 }
 
 void LearnerCore::draw(const Turn& turn, Run& run) {

@@ -89,8 +89,8 @@ class LearnerCore : private Client {
   std::optional<ContentHash> task_of(protocol::RolloutKey key) const override;
   std::optional<Answer> answer_of(protocol::RolloutKey key) const override;
   void take(const Turn& turn, const AcceptedResult& result, int numeric_class) override;
-  bool take_facts(const Turn& turn, const ContentHash& task_id,
-                  const TaskDescription& facts) override;
+  std::optional<std::string> take_facts(const Turn& turn, const ContentHash& task_id,
+                                        const TaskDescription& facts) override;
 
   void draw(const Turn& turn, Run& run);
   void tell_of_final_evaluations(const Turn& turn, const Run& run);
@@ -121,6 +121,7 @@ class LearnerCore : private Client {
   Outcome outcome_ = Outcome::kRunning;
   std::string failure_;
   std::function<void(const Run&, int)> on_applied_;
+  bool is_authenticated_ = false;
 
   Workforce workforce_;
   std::vector<Run> runs_;

@@ -19,6 +19,9 @@ struct LearnerSettings {
   std::string host = {};  ///< for watchers
   std::int32_t pid = 0;
   std::size_t batch_bytes_max = 0;  ///< of one roll-out batch that holds more than one roll-out
+  std::size_t word_bytes = 0;       ///< what a batch takes more for each worker that it names
+  /// Only who has a key is heard: what workers say of themselves is believed at once.
+  bool is_authenticated = false;
   /// Descriptions known beforehand, by task content; the others are asked of the workers.
   std::map<std::string, TaskDescription> known_tasks;
   std::string numeric_class = "any";  ///< Study::numeric_class, set by the core

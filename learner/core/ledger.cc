@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/base/check.h"
+#include "common/protocol/limits.h"
 
 namespace treeroll::learner {
 
@@ -93,6 +94,10 @@ protocol::RolloutRequest Ledger::add_lease(TimePoint now, RolloutKey key, Entry&
   entry.leases.push_back(
       {.worker = worker, .batch = 0, .issued_at = now, .deadline = deadline, .confirmed = false});
   entry.last_worker = worker;
+  if (!entry.was_asked(worker)) {
+    if (entry.asked.size() >= protocol::kAskedMax) entry.asked.erase(entry.asked.begin());
+    entry.asked.push_back(worker);
+  }
   deadlines_.emplace(deadline, key, worker);
   shares_[worker].leases.insert(key);
 
@@ -114,6 +119,10 @@ const Ledger::Lease* Ledger::Entry::lease_of(protocol::WorkerId worker) const {
   const auto found = std::find_if(leases.begin(), leases.end(),
                                   [worker](const Lease& lease) { return lease.worker == worker; });
   return found == leases.end() ? nullptr : &*found;
+}
+
+bool Ledger::Entry::was_asked(protocol::WorkerId worker) const {
+  return std::find(asked.begin(), asked.end(), worker) != asked.end();
 }
 
 void Ledger::set_batch(RolloutKey key, protocol::WorkerId worker, std::int64_t batch) {

@@ -53,9 +53,12 @@ class Ledger {
     int attempt = 0;                     ///< of the next issue
     std::vector<Lease> leases;           ///< at most kLeasesMax, of as many workers; none: ready
     protocol::WorkerId last_worker = 0;  ///< that held a lease and may have it yet; 0 none
+    /// Who has ever had a lease of it: nobody else can have its answer.
+    std::vector<protocol::WorkerId> asked;
 
     /// Null if this worker has none.
     const Lease* lease_of(protocol::WorkerId worker) const;
+    bool was_asked(protocol::WorkerId worker) const;
   };
 
   /// A roll-out has been drawn, or is to be tried again. Precondition: its key is not open.

@@ -190,7 +190,7 @@ protocol::LearnerStatus LearnerCore::status(TimePoint now) const {
   status.num_failed = now_counted.failed;
   status.num_discarded = now_counted.discarded;
   status.last_failure = cut_text(last_failure_, protocol::kStringBytesMax);
-  status.num_rejected = now_counted.rejected;
+  status.num_rejected = now_counted.rejected + now_counted.unasked;
   status.num_reissued = now_counted.reissued;
   status.num_conflicting = now_counted.conflicting;
   for (const Run& run : runs_) {

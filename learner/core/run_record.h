@@ -77,6 +77,7 @@ struct LedgerCounters {
   std::int64_t discarded = 0;  ///< trials that were void: accepted, and asked for again
   std::int64_t rejected = 0;   ///< answers refused: unknown, out of bounds, an older question
   std::int64_t reissued = 0;
+  std::int64_t unasked = 0;      ///< answers, words and reports of nobody who was asked, refused
   std::int64_t conflicting = 0;  ///< duplicates with another reward from the same numeric class
 };
 

@@ -28,6 +28,7 @@ std::string describe(const WorkerEntry& worker) {
 WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
   auto found = workers_.find(id);
   if (found == workers_.end()) {
+    put_out_a_stranger();
     if (is_full()) return nullptr;
     WorkerEntry entry;
     entry.id = id;
@@ -45,8 +46,12 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
       entry.results_read = left->second.results_read;
       entry.last_index_settled = left->second.last_index_settled;
       entry.distrusted = left->second.distrusted;
+      entry.trusted_again = left->second.trusted_again;
+      entry.num_distrusts = left->second.num_distrusts;
+      entry.asked = left->second.asked;
       left_.erase(left);
     }
+    newcomers_.push_back(id);
     found = workers_.emplace(id, std::move(entry)).first;
     found->second.alive_for = heartbeats_.alive;
     const TimePoint silence = now + heartbeats_.silence;
@@ -54,6 +59,22 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
   }
   found->second.last_heard = now;
   return &found->second;
+}
+
+/// Thousands of names cost nothing to make up, and would keep all workers out. So one that has not
+/// answered a greeting makes room, the first heard first: who is a worker answers at once.
+void WorkerTable::put_out_a_stranger() {
+  const auto is_stranger = [this](protocol::WorkerId id) {
+    const auto found = workers_.find(id);
+    return found != workers_.end() && !found->second.has_shown_itself();
+  };
+  while (is_full() && !newcomers_.empty()) {
+    const protocol::WorkerId id = newcomers_.front();
+    newcomers_.pop_front();
+    if (is_stranger(id)) workers_.erase(id);
+  }
+  if (newcomers_.size() < 2 * protocol::kWorkersMax) return;
+  std::erase_if(newcomers_, [&](protocol::WorkerId id) { return !is_stranger(id); });
 }
 
 WorkerEntry* WorkerTable::find(protocol::WorkerId id) {
@@ -107,6 +128,16 @@ void WorkerTable::forget_refusals(TimePoint now) {
   for (auto& [id, worker] : workers_) {
     std::erase_if(worker.refused, [now](const auto& entry) { return entry.second.until <= now; });
   }
+}
+
+std::vector<const WorkerEntry*> WorkerTable::trust_again(TimePoint now) {
+  std::vector<const WorkerEntry*> trusted;
+  for (auto& [id, worker] : workers_) {
+    if (!worker.distrusted || now < worker.trusted_again) continue;
+    worker.distrusted = false;
+    trusted.push_back(&worker);
+  }
+  return trusted;
 }
 
 int WorkerTable::num_joined() const {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -28,8 +30,18 @@ struct WorkerEntry {
   int free_slots = 0;      ///< as last reported, less what was issued since
   int receive_buffer_bytes = 0;
   bool draining = false;
-  bool distrusted = false;   ///< gave an answer no sound worker gives
+  bool distrusted = false;  ///< gave an answer no sound worker gives, and has said it was its own
+  TimePoint trusted_again;  ///< then
+  int num_distrusts = 0;
+  /// An answer no sound worker gives came in its name: its next word tells whether it was its own.
+  struct Suspicion {
+    std::int64_t index = 0;
+    protocol::RolloutKey key;
+  };
+  std::optional<Suspicion> suspicion;
+  bool asked = false;        ///< has been leased something, ever
   bool other_class = false;  ///< than the one that the study demands
+  bool is_known = false;     ///< has a key, so it has what it says
   bool joined = false;       ///< has answered this learner, and it has been said
   bool late = false;         ///< has what took too long elsewhere, and has answered nothing since
   Hearing hearing;
@@ -58,12 +70,20 @@ struct WorkerEntry {
   /// One that refuses so much is asked for nothing until it has been forgotten what it refused.
   bool refuses_too_much() const { return refused.size() >= protocol::kRefusalsPerWorkerMax; }
   bool usable() const {
-    return num_evaluators > 0 && !draining && !distrusted && !other_class && !refuses_too_much() &&
-           hearing.hears();
+    return num_evaluators > 0 && !draining && !distrusted && !suspicion && !other_class &&
+           !refuses_too_much() && hearing.hears();
   }
   /// Nothing speaks against it: others of whom that is true are no better.
   bool is_first_choice() const { return hearing.is_first_choice() && !late; }
   bool is_alive(TimePoint now) const { return now < last_heard + alive_for; }
+  /// It has answered a greeting, or been of use: its name is not just made up.
+  bool has_shown_itself() const { return joined || asked || num_accepted > 0; }
+  /// As many as it has shown that it has, by its answers; else anybody could say that he has all.
+  int evaluators_shown() const {
+    if (is_known) return num_evaluators;
+    const std::int64_t shown = protocol::kEvaluatorsUnshownMax * (num_accepted + 1);
+    return static_cast<int>(std::min<std::int64_t>(num_evaluators, shown));
+  }
 };
 
 /// Its name for a person: id, host and process.
@@ -88,6 +108,8 @@ class WorkerTable {
   std::optional<TimePoint> next_look() const { return look_at_; }
 
   void forget_refusals(TimePoint now);
+  /// Those whose time is up. @return who they are
+  std::vector<const WorkerEntry*> trust_again(TimePoint now);
 
   std::map<protocol::WorkerId, WorkerEntry>& all() { return workers_; }
   const std::map<protocol::WorkerId, WorkerEntry>& all() const { return workers_; }
@@ -100,11 +122,13 @@ class WorkerTable {
   std::vector<WorkerRecord> records(TimePoint start) const;
 
  private:
+  void put_out_a_stranger();
   void make_room_among_those_that_left();
 
   /// Not after the first silence to come. Hearing of a worker puts its silence off but leaves this
   /// as it is, so that no message costs a walk over all workers.
   std::optional<TimePoint> look_at_;
+  std::deque<protocol::WorkerId> newcomers_;  ///< in the order in which they were first heard
   int num_told_ = 0;
   protocol::Heartbeats heartbeats_;
   std::map<protocol::WorkerId, WorkerEntry> workers_;

@@ -64,8 +64,9 @@ void Workforce::receive(const Turn& turn, const protocol::Message& message) {
 
 std::optional<TimePoint> Workforce::next_deadline() const {
   std::optional<TimePoint> next;
-  for (const std::optional<TimePoint> one : {ledger_.next_deadline(), workers_.next_look(),
-                                             definitions_.next_burst(), acknowledge_by_}) {
+  for (const std::optional<TimePoint> one :
+       {ledger_.next_deadline(), workers_.next_look(), definitions_.next_burst(), acknowledge_by_,
+        describe_at_}) {
     if (one && (!next || *one < *next)) next = one;
   }
   return next;
@@ -80,6 +81,7 @@ void Workforce::look_after_leases(const Turn& turn) {
                             ledger_.leases_of(silent.id).size()));
     }
     ledger_.take_back_all(silent.id);
+    forget_descriptions_of(silent.id);
   }
   for (const Ledger::Expired& expired : ledger_.expire(turn.now)) {
     if (expired.lease.confirmed) continue;
@@ -89,6 +91,9 @@ void Workforce::look_after_leases(const Turn& turn) {
 
 void Workforce::remind(const Turn& turn) {
   workers_.forget_refusals(turn.now);
+  for (const WorkerEntry* worker : workers_.trust_again(turn.now)) {
+    turn.inform("workers trusted again", fmt::format("{} is trusted again", describe(*worker)));
+  }
   refuses_workers_ = refuses_workers_ && workers_.is_full();
   publish_undescribed_tasks(turn.now);
 }
@@ -124,6 +129,10 @@ void Workforce::end_sync(TimePoint now) {
 }
 
 void Workforce::dispatch(const Turn& turn) {
+  if (describe_at_ && turn.now >= *describe_at_) {
+    describe_at_.reset();
+    publish_undescribed_tasks(turn.now);
+  }
   send_definitions(turn);  // a policy before its roll-outs, and a theta after its own
   const DispatchFacts facts{turn.now, rollout_time_s_, &facts_, &task_times_s_};
   std::vector<Ledger::Assignment> chosen;
@@ -134,19 +143,22 @@ void Workforce::dispatch(const Turn& turn) {
   if (gives_out_ && !journal_is_behind() && turn.now >= hedge_at_) {
     hedge_at_ = turn.now + kHedgeInterval;
     for (const Hedge& hedge : hedges(ledger_, workers_, facts)) {
+      if (hedge.instead_of != 0) ledger_.take_back(hedge.key, hedge.instead_of);
       requests.push_back(ledger_.lease_too(turn.now, hedge.key, hedge.worker, hedge.deadline));
     }
   }
   for (protocol::RolloutRequest& request : requests) detach_theta(turn.now, request);
   const std::vector<protocol::Acknowledgement> acknowledgements =
       take_acknowledgements(turn.now, !requests.empty());
-  for (protocol::RolloutBatch& batch :
-       pack(std::move(requests), acknowledgements, settings_.batch_bytes_max)) {
+  for (protocol::RolloutBatch& batch : pack(std::move(requests), acknowledgements,
+                                            settings_.batch_bytes_max, settings_.word_bytes)) {
     batch.learner_id = settings_.learner_id;
     batch.sequence = ++last_batch_;
     for (const protocol::RolloutRequest& request : batch.rollouts) {
       ledger_.set_batch(request.key, request.worker_id, batch.sequence);
-      workers_.find(request.worker_id)->requests_sent.note(batch.sequence, request.key);
+      WorkerEntry& worker = *workers_.find(request.worker_id);
+      worker.requests_sent.note(batch.sequence, request.key);
+      worker.asked = true;
     }
     for (const protocol::Acknowledgement& acknowledgement : batch.acknowledgements) {
       workers_.find(acknowledgement.worker_id)->hearing.note_word(turn.now, batch.sequence);
@@ -190,6 +202,7 @@ void Workforce::send_definitions(const Turn& turn) {
 /// request; after that its worker asks for what it lacks.
 void Workforce::detach_theta(TimePoint now, protocol::RolloutRequest& request) {
   const std::size_t bytes = protocol::kFrameBytesMax + protocol::kRolloutBatchBytes +
+                            settings_.word_bytes +
                             protocol::rollout_request_bytes(request.theta.size());
   if (bytes <= settings_.batch_bytes_max) return;
   constexpr auto kTheta = protocol::DefinitionKind::kTheta;
@@ -213,6 +226,7 @@ Ledger::Entry Workforce::close(protocol::RolloutKey key, protocol::WorkerId from
 /// The entry of a worker that has said something; null if there is room for no more workers.
 WorkerEntry* Workforce::hear(const Turn& turn, protocol::WorkerId id) {
   WorkerEntry* worker = workers_.hear(id, turn.now);
+  if (worker != nullptr) worker->is_known = settings_.is_authenticated;
   if (worker != nullptr && worker->hearing.greeting_due(turn.now)) {
     acknowledge(id, turn.now);  // it has nothing to acknowledge, perhaps: it is a word to it
   }
@@ -247,6 +261,8 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
       [this](const protocol::HeldRollouts& h) { return h.learner_id == settings_.learner_id; });
   note_echo(turn, *worker, held == status.held.end() ? 0 : held->last_batch);
   if (held == status.held.end()) return;
+  settle_suspicion(turn, *worker, *held);
+  forget_false_refusals(turn, *worker, *held);
   confirm_leases(turn.now, *worker, held->last_batch, held->keys);
   if (held->last_index <= worker->results_read.last_without_gap()) {
     reconcile(turn.now, *worker, *held);
@@ -256,6 +272,11 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
 /// What it has heard of us: whether it hears us.
 void Workforce::note_echo(const Turn& turn, WorkerEntry& worker, std::int64_t last_batch) {
   const bool hears_now = worker.hearing.note_echo(last_batch);
+  // What was sent before we had met neither of us has listened to.
+  if (hears_now && facts_.size() < std::set(task_ids_.begin(), task_ids_.end()).size()) {
+    describe_at_ =
+        std::min(describe_at_.value_or(TimePoint::max()), turn.now + protocol::kPublicationPause);
+  }
   if (hears_now && !std::exchange(worker.joined, true)) {
     ++num_joined_since_;
     turn.inform("workers that join", fmt::format("{} has joined with {} evaluators",
@@ -289,20 +310,15 @@ void Workforce::on(const Turn& turn, const protocol::DefinitionReport& report) {
   if (!worker) return;
   const bool is_task = definitions_.find(task_name(report.definition_id)) != nullptr;
   if (!is_task && !definitions_.find(policy_name(report.definition_id))) return;
+  // Who has not answered a greeting may be anybody: it is asked again once it has.
+  if (!worker->hearing.hears()) return;
   if (!report.accepted) return refuse(turn, *worker, report.definition_id, report.text);
   worker->refused.erase(report.definition_id);
   if (!is_task) return;
   Result<TaskDescription> facts = task_description_from_json(report.text);
   // Its own description makes no sense: another worker's may.
   if (!facts) return refuse(turn, *worker, report.definition_id, facts.error().message);
-  if (const TaskDescription* known = facts_of(report.definition_id)) {
-    const std::optional<std::string> difference = disagreement(*known, *facts);
-    if (difference) refuse(turn, *worker, report.definition_id, *difference);
-    return;
-  }
-  if (client_.take_facts(turn, report.definition_id, *facts)) {
-    facts_[report.definition_id] = *facts;
-  }
+  take_description(turn, *worker, report.definition_id, *facts);
 }
 
 void Workforce::refuse(const Turn& turn, WorkerEntry& worker, const ContentHash& definition,

@@ -29,9 +29,10 @@ class Client {
   virtual std::optional<Answer> answer_of(protocol::RolloutKey key) const = 0;
   /// Takes the answer to an open question, which is closed; may ask the next ones.
   virtual void take(const Turn& turn, const AcceptedResult& result, int numeric_class) = 0;
-  /// A worker has described a task. @return whether the client can use it
-  virtual bool take_facts(const Turn& turn, const ContentHash& task_id,
-                          const TaskDescription& facts) = 0;
+  /// A worker has described a task, or most of them describe it otherwise now; nothing has been
+  /// answered yet. @return why the client cannot use it so
+  virtual std::optional<std::string> take_facts(const Turn& turn, const ContentHash& task_id,
+                                                const TaskDescription& facts) = 0;
 };
 
 /// Who computes: takes questions, gives them to workers, and gives their answers back, each once.
@@ -108,6 +109,10 @@ class Workforce {
   void note_echo(const Turn& turn, WorkerEntry& worker, std::int64_t last_batch);
   void refuse(const Turn& turn, WorkerEntry& worker, const ContentHash& definition,
               const std::string& reason);
+  void take_description(const Turn& turn, WorkerEntry& worker, const ContentHash& task,
+                        const TaskDescription& facts);
+  void elect_description(const Turn& turn, const ContentHash& task);
+  void forget_descriptions_of(protocol::WorkerId worker);
   static protocol::DefinitionName task_name(const ContentHash& id) {
     return {protocol::DefinitionKind::kTask, id};
   }
@@ -123,11 +128,17 @@ class Workforce {
 
   // workforce_answers.cc: what they answer.
   void on(const Turn& turn, const protocol::RewardBatch& batch);
-  void accept(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result);
-  void compare_with_taken(const Turn& turn, const WorkerEntry& worker,
+  // Whether it has been read, each.
+  bool accept(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result,
+              std::int64_t index);
+  bool note_unasked(const Turn& turn, const WorkerEntry& worker);
+  bool compare_with_taken(const Turn& turn, const WorkerEntry& worker,
                           const protocol::RolloutResult& result, const TaskDescription& facts);
-  void distrust(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result,
-                const TaskDescription& facts);
+  bool suspect(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result,
+               std::int64_t index, const TaskDescription& facts);
+  void settle_suspicion(const Turn& turn, WorkerEntry& worker, const protocol::HeldRollouts& held);
+  void forget_false_refusals(const Turn& turn, WorkerEntry& worker,
+                             const protocol::HeldRollouts& held);
   void note_timing(TimePoint now, WorkerEntry& worker, const protocol::RolloutResult& result,
                    const Ledger::Entry& entry);
   bool answers_open_question(const protocol::RolloutResult& result) const;
@@ -147,6 +158,9 @@ class Workforce {
   Client& client_;
   std::vector<ContentHash> task_ids_;  // as they were added
   std::map<ContentHash, TaskDescription> facts_;
+  /// What workers say of tasks, and who does: the most of them are believed, until an answer is
+  /// taken. Nothing of tasks that are known beforehand.
+  std::map<ContentHash, std::map<std::string, std::set<protocol::WorkerId>>> descriptions_;
   DefinitionBook definitions_;
   Ledger ledger_;
   std::map<protocol::RolloutKey, ContentHash> thetas_;  // of open roll-outs, sent in pieces
@@ -155,6 +169,7 @@ class Workforce {
   std::set<protocol::WorkerId> answers_syncing_;       // what the sync under way has
   std::set<protocol::WorkerId> acknowledgements_due_;  // with the next message
   std::optional<TimePoint> acknowledge_by_;            // in a message of their own, if none comes
+  std::optional<TimePoint> describe_at_;               // tasks are published for newcomers
   NumericClasses classes_;
   std::map<protocol::WorkerId, std::string> recovered_classes_;  // of earlier incarnations' workers
   std::int64_t last_batch_ = 0;                 // sequence of the last message sent

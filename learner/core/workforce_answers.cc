@@ -29,7 +29,7 @@ void Workforce::on(const Turn& turn, const protocol::RewardBatch& batch) {
     if (worker->results_read.contains(index) && !answers_open_question(result)) continue;
     ledger_.forget_copy(result.key, worker->id);
     worker->late = false;
-    accept(turn, *worker, result);
+    if (!accept(turn, *worker, result, index)) break;
   }
   worker->results_read.forget_before(batch.oldest_index);
   if (num_read > 0) {
@@ -46,8 +46,19 @@ void Workforce::on(const Turn& turn, const protocol::RewardBatch& batch) {
   note_requests(turn.now, *worker, batch);
 }
 
-void Workforce::accept(const Turn& turn, WorkerEntry& worker,
-                       const protocol::RolloutResult& result) {
+/// Nobody who was asked, so nobody who can know.
+bool Workforce::note_unasked(const Turn& turn, const WorkerEntry& worker) {
+  ++ledger_.counters.unasked;
+  turn.warn("strangers",
+            fmt::format("{} answers what it was not asked: refused, {} so far; keys keep strangers "
+                        "out (--key-file)",
+                        describe(worker), ledger_.counters.unasked));
+  return true;
+}
+
+/// Whether it has been read: it need not come again then.
+bool Workforce::accept(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result,
+                       std::int64_t index) {
   const protocol::RolloutKey key = result.key;
   const std::optional<ContentHash> task_id = client_.task_of(key);
   const TaskDescription* facts = task_id ? facts_of(*task_id) : nullptr;
@@ -56,20 +67,22 @@ void Workforce::accept(const Turn& turn, WorkerEntry& worker,
   if (!facts || worker.distrusted ||
       is_excluded) {  // without facts nothing of this run has been issued
     ++ledger_.counters.rejected;
-    return;
+    return true;
   }
   const Ledger::Entry* open = ledger_.find(key);
+  if (!open && !worker.asked) return note_unasked(turn, worker);
   if (!open) return compare_with_taken(turn, worker, result, *facts);
   if (open->question.content != result.content) {
     const std::vector<std::int64_t>& discarded = open->question.discarded;
     const bool is_repeated = std::ranges::find(discarded, result.content) != discarded.end();
     // Else an answer to an older question.
     ++(is_repeated ? ledger_.counters.duplicate : ledger_.counters.rejected);
-    return;
+    return true;
   }
+  if (!open->was_asked(worker.id)) return note_unasked(turn, worker);
   const Outcome& outcome = result.outcome;
   if (outcome.is_ok() && !facts->is_in_range(outcome.reward()))
-    return distrust(turn, worker, result, *facts);
+    return suspect(turn, worker, result, index, *facts);
 
   note_timing(turn.now, worker, result, *open);
   const Ledger::Entry entry = close(key, worker.id);
@@ -82,40 +95,32 @@ void Workforce::accept(const Turn& turn, WorkerEntry& worker,
   turn.effects.emplace_back(AppendResult{accepted});
   ++num_unsynced_;
   client_.take(turn, accepted, classes_.index(worker.numeric_class));
+  return true;
 }
 
 /// An answer to a roll-out that is not open: a duplicate, or to nothing that was asked.
-void Workforce::compare_with_taken(const Turn& turn, const WorkerEntry& worker,
+bool Workforce::compare_with_taken(const Turn& turn, const WorkerEntry& worker,
                                    const protocol::RolloutResult& result,
                                    const TaskDescription& facts) {
   const std::optional<Answer> before = client_.answer_of(result.key);
   if (!before) {
     ++ledger_.counters.rejected;
-    return;
+    return true;
   }
   ++ledger_.counters.duplicate;
   const bool comparable = facts.deterministic && !result.outcome.is_discarded() &&
                           !before->outcome.is_discarded() &&
                           before->numeric_class != kUnknownClass &&
                           before->numeric_class == classes_.index(worker.numeric_class);
-  if (!comparable || before->outcome.agrees_with(result.outcome)) return;
+  if (!comparable || before->outcome.agrees_with(result.outcome)) return true;
   ++ledger_.counters.conflicting;
   turn.warn("suspicious results",
             fmt::format("{} gave reward {} where {} was accepted, run {} roll-out {}: one of two "
-                        "workers of the same numeric class is broken",
+                        "workers of the same numeric class is broken, or somebody answers in "
+                        "another one's name (--key-file)",
                         describe(worker), result.outcome.reward(), before->outcome.reward(),
                         result.key.run, result.key.number));
-}
-
-void Workforce::distrust(const Turn& turn, WorkerEntry& worker,
-                         const protocol::RolloutResult& result, const TaskDescription& facts) {
-  ++ledger_.counters.rejected;
-  worker.distrusted = true;
-  turn.write(
-      {LogLine::Level::kError, "rewards out of range",
-       fmt::format("{} gave reward {} outside the task's range {} to {}: it gets no more work",
-                   describe(worker), result.outcome.reward(), facts.reward_min, facts.reward_max)});
-  ledger_.take_back_all(worker.id);
+  return true;
 }
 
 void Workforce::note_timing(TimePoint now, WorkerEntry& worker,

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "common/base/check.h"
+#include "learner/fit/missing_outputs.h"
 
 namespace treeroll {
 namespace {
@@ -43,25 +44,16 @@ void scale_to_mean_duration(Demonstrations& all) {
 
 /// 1 / variance of each output over all demonstrations; 0 of one that does not vary.
 Eigen::VectorXd output_weights(const Demonstrations& all) {
-  const Eigen::Index num_outputs = all.front().rows() - 1;
-  Eigen::VectorXd weights(num_outputs);
-  for (Eigen::Index i = 0; i < num_outputs; ++i) {
-    double count = 0, mean = 0, variance = 0;
-    for (const Eigen::MatrixXd& one : all) {
-      for (Eigen::Index n = 0; n < one.cols(); ++n) {
-        if (!std::isnan(one(1 + i, n))) mean += one(1 + i, n), ++count;
-      }
-    }
-    mean /= count;
-    for (const Eigen::MatrixXd& one : all) {
-      for (Eigen::Index n = 0; n < one.cols(); ++n) {
-        if (std::isnan(one(1 + i, n))) continue;
-        variance += (one(1 + i, n) - mean) * (one(1 + i, n) - mean) / count;
-      }
-    }
-    weights[i] = variance > 0 ? 1 / variance : 0;
+  Eigen::Index num_samples = 0;
+  for (const Eigen::MatrixXd& one : all) num_samples += one.cols();
+  Eigen::MatrixXd together(all.front().rows() - 1, num_samples);
+  Eigen::Index next = 0;
+  for (const Eigen::MatrixXd& one : all) {
+    together.middleCols(next, one.cols()) = one.bottomRows(one.rows() - 1);
+    next += one.cols();
   }
-  return weights;
+  const Eigen::VectorXd variance = variances(together);
+  return (variance.array() > 0).select(variance.cwiseInverse(), 0);
 }
 
 /// Where the best way to a pair of samples comes from.

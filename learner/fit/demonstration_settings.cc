@@ -10,6 +10,7 @@
 
 #include "common/base/settings_reader.h"
 #include "learner/fit/demonstration.h"
+#include "learner/fit/missing_outputs.h"
 
 namespace treeroll {
 namespace {
@@ -34,24 +35,6 @@ Demonstration cart_acceleration(SettingsReader& reader) {
   result.data = demonstrate(settings);
   result.regularisation = Eigen::Vector2d(1e-3, 1);
   return result;
-}
-
-/// Of each row, of the numbers that are not missing; 0 exactly where all are the same.
-Eigen::VectorXd variances(const Eigen::MatrixXd& data) {
-  Eigen::VectorXd variance = Eigen::VectorXd::Zero(data.rows());
-  for (Eigen::Index i = 0; i < data.rows(); ++i) {
-    std::vector<double> row;
-    for (Eigen::Index n = 0; n < data.cols(); ++n) {
-      if (!std::isnan(data(i, n))) row.push_back(data(i, n));
-    }
-    const auto [low, high] = std::minmax_element(row.begin(), row.end());
-    if (row.empty() || *low == *high) continue;
-    const auto count = static_cast<double>(row.size());
-    double mean = 0;
-    for (const double number : row) mean += number / count;
-    for (const double number : row) variance[i] += (number - mean) * (number - mean) / count;
-  }
-  return variance;
 }
 
 Alignment read_alignment(SettingsReader& reader, std::size_t num_files, int num_inputs) {

@@ -225,11 +225,13 @@ Gmm fit_children(const Gmm& start, const Eigen::MatrixXd& data,
     for (int k = 0; k < gmm.num_components(); ++k) {
       const Eigen::VectorXd weight =
           among_siblings.row(k).transpose().cwiseProduct(parent_responsibility);
-      Component component =
-          maximise(has_all ? data : expected(gmm[k], data), weight, settings.regularisation);
-      if (!has_all) {
-        component.covariance =
-            mirrored(component.covariance + covariance_left(gmm[k], data, weight));
+      Component component;
+      if (has_all) {
+        component = maximise(data, weight, settings.regularisation);
+      } else {
+        const Completed whole = completed(gmm[k], data, weight);
+        component = maximise(whole.data, weight, settings.regularisation);
+        component.covariance = mirrored(component.covariance + whole.left);
       }
       if (!(component.prior > kShareMin * share)) {
         throw FitError(fmt::format("component {} of {} is left without data in iteration {}", k,

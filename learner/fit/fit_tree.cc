@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -21,7 +20,7 @@ Gmm in_order_of_first_input(const Gmm& gmm) {
 }
 
 Gmm refined(const Gmm& gmm, const Eigen::MatrixXd& data, const FitSettings& settings) {
-  return settings.refine ? refine_regression(gmm, data, *settings.refine).gmm : gmm;
+  return settings.refine ? refine_regression(gmm, data, *settings.refine) : gmm;
 }
 
 Gmm fit_layer(const Eigen::MatrixXd& data, int num_components, const FitSettings& settings) {
@@ -125,21 +124,6 @@ TreeModel fit_top_down(const Eigen::MatrixXd& data, int num_components_finest, i
   }
   parents.insert(parents.begin(), std::vector<int>());
   return TreeModel::from_global(settings.frame_kind, std::move(layers), std::move(parents));
-}
-
-int sufficient_components(const Eigen::MatrixXd& data, int step, const FitSettings& settings) {
-  CHECK(settings.refine, "components are counted by the error of a refined fit");
-  double least = std::numeric_limits<double>::infinity();
-  for (int number = step; number <= std::min<Eigen::Index>(kSufficientComponentsMax, data.cols());
-       number += step) {
-    const double error = relative_regression_error(fit_layer(data, number, settings), data);
-    if (error <= kSufficientError) return number;
-    least = std::min(least, error);
-  }
-  throw FitError(
-      fmt::format("of up to {} components none come within {} of the outputs' rms, the "
-                  "best within {:.2g}: say how many there are to be",
-                  kSufficientComponentsMax, kSufficientError, least));
 }
 
 }  // namespace treeroll

@@ -48,10 +48,4 @@ TreeModel fit_bottom_up(const Eigen::MatrixXd& data, int num_components_layer_1,
 TreeModel fit_top_down(const Eigen::MatrixXd& data, int num_components_finest, int num_layers,
                        const FitSettings& settings);
 
-inline constexpr int kSufficientComponentsMax = 16;
-/// The smallest multiple of `step`, at most that, whose flat model meets the data within a tenth of
-/// their rms (relative_regression_error). Throws FitError where none does.
-/// Precondition: the settings refine.
-int sufficient_components(const Eigen::MatrixXd& data, int step, const FitSettings& settings);
-
 }  // namespace treeroll

@@ -1,7 +1,9 @@
 #include "learner/fit/missing_outputs.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "common/policy/tree/frame.h"
 
@@ -31,35 +33,14 @@ struct Conditional {
 };
 
 Conditional conditional(const Component& component, const Rows& there) {
-  Conditional result{
-      .there = there, .missing = others(there, component.mean.size()), .gains = {}, .left = {}};
-  const Eigen::MatrixXd factor = cholesky_factor(marginal(component, there).covariance);
-  const auto num_there = static_cast<Eigen::Index>(there.size());
-  const auto num_missing = static_cast<Eigen::Index>(result.missing.size());
-  result.gains.resize(num_missing, num_there);
-  result.left.resize(num_missing, num_missing);
-  for (Eigen::Index m = 0; m < num_missing; ++m) {
-    Eigen::VectorXd row(num_there);
-    for (Eigen::Index o = 0; o < num_there; ++o) {
-      row[o] = component.covariance(result.missing[static_cast<std::size_t>(m)],
-                                    there[static_cast<std::size_t>(o)]);
-    }
-    factor.triangularView<Eigen::Lower>().solveInPlace(row);
-    factor.triangularView<Eigen::Lower>().transpose().solveInPlace(row);
-    result.gains.row(m) = row.transpose();
-  }
-  for (Eigen::Index m = 0; m < num_missing; ++m) {
-    for (Eigen::Index k = 0; k < num_missing; ++k) {
-      const Eigen::Index of_m = result.missing[static_cast<std::size_t>(m)];
-      const Eigen::Index of_k = result.missing[static_cast<std::size_t>(k)];
-      double left = component.covariance(of_m, of_k);
-      for (Eigen::Index o = 0; o < num_there; ++o) {
-        left -= result.gains(m, o) * component.covariance(there[static_cast<std::size_t>(o)], of_k);
-      }
-      result.left(m, k) = left;
-    }
-  }
-  return result;
+  Rows missing = others(there, component.mean.size());
+  const Eigen::MatrixXd across = component.covariance(missing, there);
+  const Eigen::MatrixXd factor = cholesky_factor(component.covariance(there, there));
+  Eigen::MatrixXd gains = factor.triangularView<Eigen::Lower>().solve(across.transpose());
+  factor.triangularView<Eigen::Lower>().transpose().solveInPlace(gains);
+  gains.transposeInPlace();
+  Eigen::MatrixXd left = component.covariance(missing, missing) - gains * across.transpose();
+  return {there, std::move(missing), std::move(gains), std::move(left)};
 }
 
 /// Samples mostly lack the same outputs: one conditional for each pattern.
@@ -90,43 +71,30 @@ Rows rows_of(const Eigen::VectorXd& sample) {
 }
 
 Component marginal(const Component& component, const Rows& rows) {
-  const auto dim = static_cast<Eigen::Index>(rows.size());
-  Component result{.prior = component.prior,
-                   .mean = Eigen::VectorXd(dim),
-                   .covariance = Eigen::MatrixXd(dim, dim)};
-  for (Eigen::Index i = 0; i < dim; ++i) {
-    const Eigen::Index row = rows[static_cast<std::size_t>(i)];
-    result.mean[i] = component.mean[row];
-    for (Eigen::Index j = 0; j < dim; ++j) {
-      result.covariance(i, j) = component.covariance(row, rows[static_cast<std::size_t>(j)]);
-    }
-  }
-  return result;
+  return {component.prior, component.mean(rows), component.covariance(rows, rows)};
 }
 
-Eigen::MatrixXd expected(const Component& component, const Eigen::MatrixXd& data) {
-  Conditionals conditionals(component);
-  Eigen::MatrixXd filled = data;
-  for (Eigen::Index n = 0; n < data.cols(); ++n) {
-    const Rows there = rows_of(data.col(n));
-    if (static_cast<Eigen::Index>(there.size()) == data.rows()) continue;
-    const Conditional& from = conditionals.of(there);
-    for (std::size_t m = 0; m < from.missing.size(); ++m) {
-      double value = component.mean[from.missing[m]];
-      for (std::size_t o = 0; o < there.size(); ++o) {
-        value += from.gains(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(o)) *
-                 (data(there[o], n) - component.mean[there[o]]);
-      }
-      filled(from.missing[m], n) = value;
+Eigen::VectorXd variances(const Eigen::MatrixXd& data) {
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(data.rows());
+  for (Eigen::Index i = 0; i < data.rows(); ++i) {
+    std::vector<double> row;
+    for (Eigen::Index n = 0; n < data.cols(); ++n) {
+      if (!std::isnan(data(i, n))) row.push_back(data(i, n));
     }
+    const auto [low, high] = std::minmax_element(row.begin(), row.end());
+    if (row.empty() || *low == *high) continue;
+    const auto count = static_cast<double>(row.size());
+    double mean = 0;
+    for (const double number : row) mean += number / count;
+    for (const double number : row) variance[i] += (number - mean) * (number - mean) / count;
   }
-  return filled;
+  return variance;
 }
 
-Eigen::MatrixXd covariance_left(const Component& component, const Eigen::MatrixXd& data,
-                                const Eigen::VectorXd& weight) {
+Completed completed(const Component& component, const Eigen::MatrixXd& data,
+                    const Eigen::VectorXd& weight) {
   Conditionals conditionals(component);
-  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(data.rows(), data.rows());
+  Completed result{data, Eigen::MatrixXd::Zero(data.rows(), data.rows())};
   double weight_sum = 0;
   for (Eigen::Index n = 0; n < data.cols(); ++n) {
     weight_sum += weight[n];
@@ -134,13 +102,21 @@ Eigen::MatrixXd covariance_left(const Component& component, const Eigen::MatrixX
     if (static_cast<Eigen::Index>(there.size()) == data.rows()) continue;
     const Conditional& from = conditionals.of(there);
     for (std::size_t m = 0; m < from.missing.size(); ++m) {
+      const auto of_m = static_cast<Eigen::Index>(m);
+      double value = component.mean[from.missing[m]];
+      for (std::size_t o = 0; o < there.size(); ++o) {
+        value += from.gains(of_m, static_cast<Eigen::Index>(o)) *
+                 (data(there[o], n) - component.mean[there[o]]);
+      }
+      result.data(from.missing[m], n) = value;
       for (std::size_t k = 0; k < from.missing.size(); ++k) {
-        left(from.missing[m], from.missing[k]) +=
-            weight[n] * from.left(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(k));
+        result.left(from.missing[m], from.missing[k]) +=
+            weight[n] * from.left(of_m, static_cast<Eigen::Index>(k));
       }
     }
   }
-  return left / weight_sum;
+  result.left /= weight_sum;
+  return result;
 }
 
 }  // namespace treeroll

@@ -20,13 +20,18 @@ std::vector<Eigen::Index> rows_of(const Eigen::VectorXd& sample);
 /// The Gaussian of some of its variables.
 Component marginal(const Component& component, const std::vector<Eigen::Index>& rows);
 
-/// The data with each number that is missing replaced by what the Gaussian expects given what the
-/// sample has.
-Eigen::MatrixXd expected(const Component& component, const Eigen::MatrixXd& data);
+/// Of each row, over the numbers that are there; 0 exactly where all are the same.
+Eigen::VectorXd variances(const Eigen::MatrixXd& data);
 
-/// The weighted mean over the samples of the covariance that expected() leaves: d x d.
+struct Completed {
+  /// With each number that is missing replaced by what the Gaussian expects given what the sample
+  /// has.
+  Eigen::MatrixXd data;
+  /// The weighted mean over the samples of the covariance that is left: d x d.
+  Eigen::MatrixXd left;
+};
 /// @param weight  N x 1, not all 0
-Eigen::MatrixXd covariance_left(const Component& component, const Eigen::MatrixXd& data,
-                                const Eigen::VectorXd& weight);
+Completed completed(const Component& component, const Eigen::MatrixXd& data,
+                    const Eigen::VectorXd& weight);
 
 }  // namespace treeroll

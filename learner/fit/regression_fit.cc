@@ -1,11 +1,8 @@
 #include "learner/fit/regression_fit.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -13,18 +10,11 @@
 #include "common/base/elementary.h"
 #include "common/base/mirrored.h"
 #include "common/policy/tree/frame.h"
+#include "learner/fit/relative_error.h"
 
 namespace treeroll {
 namespace {
 
-constexpr double kDampingStart = 1e-2;
-constexpr double kDampingOnSuccess = .3;
-constexpr double kDampingOnFailure = 4;
-constexpr int kTriesMax = 8;
-/// Beside each element's own square: a direction that moves nothing is damped all the same.
-constexpr double kDampingFloor = 1e-6;
-/// A step that gains less of the sum of squares ends the fit.
-constexpr double kGainMin = 1e-7;
 constexpr double kDeviationMin = 1. / 70;  // of an input's range
 constexpr double kDeviationMax = 1.4;
 
@@ -174,44 +164,9 @@ struct Deviations {
   Eigen::VectorXd most;
 };
 
-std::vector<Line> stepped(std::vector<Line> lines, const Eigen::VectorXd& step,
-                          const Deviations& deviations) {
-  Eigen::Index at = 0;
-  for (Line& line : lines) {
-    for (double& number : line.mean_input) number += step[at++];
-    for (double& number : line.mean_output) number += step[at++];
-    for (Eigen::Index o = 0; o < line.psi.rows(); ++o) {
-      for (Eigen::Index i = 0; i < line.psi.cols(); ++i) line.psi(o, i) += step[at++];
-    }
-    for (Eigen::Index i = 0; i < line.factor.rows(); ++i) {
-      for (Eigen::Index j = 0; j < i; ++j) line.factor(i, j) += step[at++];
-      line.factor(i, i) = std::clamp(line.factor(i, i) * elementary::exp(std::min(step[at++], 50.)),
-                                     deviations.least[i], deviations.most[i]);
-    }
-    line.log_prior += step[at++];
-  }
-  return lines;
-}
-
-/// J'J and J'r of the sum that is minimised.
-struct Normal {
-  Eigen::MatrixXd squares;
-  Eigen::VectorXd gradient;
-};
-
-/// What the outputs are divided by.
-Eigen::VectorXd output_units(const Eigen::MatrixXd& outputs) {
-  Eigen::VectorXd unit(outputs.rows());
-  for (Eigen::Index o = 0; o < outputs.rows(); ++o) {
-    double sum = 0, count = 0;
-    for (Eigen::Index n = 0; n < outputs.cols(); ++n) {
-      if (std::isnan(outputs(o, n))) continue;
-      sum += outputs(o, n) * outputs(o, n);
-      ++count;
-    }
-    unit[o] = sum > 0 ? std::sqrt(sum / count) : 1;
-  }
-  return unit;
+Deviations deviations_of(const Eigen::MatrixXd& inputs) {
+  const Eigen::VectorXd range = inputs.rowwise().maxCoeff() - inputs.rowwise().minCoeff();
+  return {kDeviationMin * range, kDeviationMax * range};
 }
 
 /// The problem: data and the units of the outputs.
@@ -221,6 +176,7 @@ class Problem {
       : inputs_(data.topRows(num_inputs)),
         outputs_(data.bottomRows(data.rows() - num_inputs)),
         unit_(output_units(outputs_)),
+        deviations_(deviations_of(inputs_)),
         share_(1 / (1 - outputs_.array().isNaN().cast<double>()).sum()) {}
 
   /// Mean over samples and outputs of the squared relative error.
@@ -233,6 +189,25 @@ class Problem {
       sum += r.squaredNorm();
     }
     return sum * share_;
+  }
+
+  std::vector<Line> stepped(std::vector<Line> lines, const Eigen::VectorXd& step) const {
+    Eigen::Index at = 0;
+    for (Line& line : lines) {
+      for (double& number : line.mean_input) number += step[at++];
+      for (double& number : line.mean_output) number += step[at++];
+      for (Eigen::Index o = 0; o < line.psi.rows(); ++o) {
+        for (Eigen::Index i = 0; i < line.psi.cols(); ++i) line.psi(o, i) += step[at++];
+      }
+      for (Eigen::Index i = 0; i < line.factor.rows(); ++i) {
+        for (Eigen::Index j = 0; j < i; ++j) line.factor(i, j) += step[at++];
+        line.factor(i, i) =
+            std::clamp(line.factor(i, i) * elementary::exp(std::min(step[at++], 50.)),
+                       deviations_.least[i], deviations_.most[i]);
+      }
+      line.log_prior += step[at++];
+    }
+    return lines;
   }
 
   /// Sums are written out, sample by sample: the same bits on every machine.
@@ -272,62 +247,17 @@ class Problem {
   Eigen::MatrixXd inputs_;
   Eigen::MatrixXd outputs_;
   Eigen::VectorXd unit_;
+  Deviations deviations_;
   double share_;
 };
 
-/// One step downhill, with the damping that it took; nothing where none was found.
-std::optional<std::vector<Line>> improved(const Problem& problem, const std::vector<Line>& lines,
-                                          const Normal& normal, const Deviations& deviations,
-                                          double& damping, double& cost) {
-  const Eigen::VectorXd own = normal.squares.diagonal();
-  const double largest = own.maxCoeff();
-  if (!(largest > 0)) return std::nullopt;
-  for (int tries = 0; tries < kTriesMax; ++tries) {
-    Eigen::MatrixXd damped = normal.squares;
-    damped.diagonal() += damping * (own.array() + kDampingFloor * largest).matrix();
-    const Eigen::LLT<Eigen::MatrixXd> factorised(damped);
-    if (factorised.info() == Eigen::Success) {
-      const Eigen::VectorXd step = -factorised.solve(normal.gradient);
-      if (step.allFinite()) {
-        std::vector<Line> there = stepped(lines, step, deviations);
-        const double cost_there = problem.cost(there);
-        if (cost_there < cost) {
-          damping *= kDampingOnSuccess;
-          cost = cost_there;
-          return there;
-        }
-      }
-    }
-    damping *= kDampingOnFailure;
-  }
-  return std::nullopt;
-}
-
-Deviations deviations_of(const Eigen::MatrixXd& inputs) {
-  const Eigen::VectorXd range = inputs.rowwise().maxCoeff() - inputs.rowwise().minCoeff();
-  return {kDeviationMin * range, kDeviationMax * range};
-}
-
 }  // namespace
 
-RegressionFit refine_regression(const Gmm& start, const Eigen::MatrixXd& data,
-                                const RegressionSettings& settings) {
+Gmm refine_regression(const Gmm& start, const Eigen::MatrixXd& data,
+                      const RegressionSettings& settings) {
   CHECK(data.rows() == start.dim() && data.cols() > 0, "data are d x N, N > 0");
   const Problem problem(data, start.input_dim());
-  const Deviations deviations = deviations_of(data.topRows(start.input_dim()));
-  std::vector<Line> lines = to_lines(start);
-  double cost = problem.cost(lines);
-  double damping = kDampingStart;
-  const double enough = settings.stop_relative_error * settings.stop_relative_error;
-  for (int step = 0; step < settings.num_steps && cost > enough; ++step) {
-    const double before = cost;
-    std::optional<std::vector<Line>> better =
-        improved(problem, lines, problem.normal(lines), deviations, damping, cost);
-    if (!better) break;
-    lines = *std::move(better);
-    if (before - cost < kGainMin * before) break;
-  }
-  return {to_gmm(lines, start), std::sqrt(cost)};
+  return to_gmm(minimised(problem, to_lines(start), settings).point, start);
 }
 
 double relative_regression_error(const Gmm& gmm, const Eigen::MatrixXd& data) {

@@ -1,15 +1,10 @@
 #pragma once
 
-#include "common/policy/linear/bspline.h"
+#include <vector>
+
 #include "common/policy/policy_registry.h"
 
 namespace treeroll {
-
-/// Coefficients whose curve is nearest to the data: argmin |Phi c - u|^2, with a billionth of its
-/// mean square for those that no sample sees.
-/// @param data  (1 + dO) x N, inputs over outputs
-/// @return      dO x spline.size()
-Eigen::MatrixXd fit_spline(const BSpline& spline, const Eigen::MatrixXd& data);
 
 /// Reads the [policy] table of kind "spline", to be explored at layer 1:
 ///
@@ -25,6 +20,9 @@ Eigen::MatrixXd fit_spline(const BSpline& spline, const Eigen::MatrixXd& data);
 /// A constant start has [4, 5, 7, 11] coefficients by default. Throw ConfigError. Do not call
 /// finish().
 StartPolicy read_spline_start(SettingsReader& policy, const StartSources& sources);
+/// Its constant start alone.
+/// @param sizes  of the layers where the study names none
+StartPolicy read_constant_spline(SettingsReader& policy, const std::vector<double>& sizes);
 
 /// Of kind "correction", of a demonstration, which is what the start policy does:
 ///
@@ -33,5 +31,9 @@ StartPolicy read_spline_start(SettingsReader& policy, const StartSources& source
 ///   coefficients = [8]      # as of a spline
 ///   [policy.demonstration]  # of one input that rises from sample to sample
 StartPolicy read_correction_start(SettingsReader& policy, const StartSources& sources);
+
+struct Demonstration;
+/// Whether a correction can carry it: of one input that rises, not too long, no output missing.
+bool can_be_corrected(const Demonstration& demonstration);
 
 }  // namespace treeroll

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -12,20 +14,26 @@
 #include "common/base/settings_reader.h"
 #include "common/policy/kinds/standard_policies.h"
 #include "common/policy/tree/tree_policy.h"
+#include "learner/fit/automatic_start.h"
+#include "learner/fit/basis_start.h"
 #include "learner/fit/component_layers.h"
 #include "learner/fit/demonstration_settings.h"
 #include "learner/fit/fit_tree.h"
 #include "learner/fit/missing_outputs.h"
+#include "learner/fit/network_start.h"
 #include "learner/fit/spline_start.h"
+#include "learner/fit/sufficient.h"
 
 namespace treeroll {
 namespace {
 
 constexpr std::size_t kFitLayersMax = 8;
 constexpr double kComponentsMax = 64;
+/// How far components = "auto" looks.
+constexpr int kSufficientComponentsMax = 16;
 /// Densities evaluated by one fit: half a minute of a processor.
 constexpr double kWorkMax = 1e9;
-/// Samples times the square of the numbers that a refinement fits: as long.
+/// Products that a step of a refinement sums up: as long.
 constexpr double kRefinementMax = 2e8;
 /// Studies of an earlier form had no refinement.
 constexpr int kFirstRefinedForm = 3;
@@ -103,14 +111,6 @@ FitSettings read_fit(SettingsReader reader, const Demonstration& demonstration, 
   return settings;
 }
 
-/// As few components as meet the demonstration: a layer of a flat model, two of a tree.
-std::vector<int> automatic_components(SettingsReader& policy, bool is_flat,
-                                      const Eigen::MatrixXd& data, const FitSettings& fit) {
-  if (!fit.refine) policy.refuse("components", "\"auto\" needs fit.refine = \"regression\"");
-  const int finest = sufficient_components(data, is_flat ? 1 : 2, fit);
-  return is_flat ? std::vector<int>{finest} : std::vector<int>{finest / 2, finest};
-}
-
 /// Number of components a layer, coarse to fine.
 std::vector<int> read_components(SettingsReader& policy, bool is_flat, Eigen::Index num_samples) {
   const std::vector<double> numbers = policy.numbers(
@@ -181,26 +181,46 @@ void check_fitted(SettingsReader& policy, const StartPolicy& fitted, const FitSe
   require(fitted.log_likelihoods.size() == num_layers, "number of log-likelihoods");
 }
 
-void check_work(SettingsReader& policy, int num_components, const Eigen::MatrixXd& data,
+/// What components = "auto" tries: a flat model of 1, 2, ..., or a tree of 1 over 2, 2 over 4, ...
+SizeRange sizes_to_try(bool is_flat, Eigen::Index num_samples) {
+  const int step = is_flat ? 1 : 2;
+  return {step, step,
+          static_cast<int>(std::min<Eigen::Index>(kSufficientComponentsMax, num_samples))};
+}
+
+std::vector<int> all_of(const SizeRange& sizes) {
+  std::vector<int> all;
+  for (int size = sizes.first; size <= sizes.most; size += sizes.step) all.push_back(size);
+  return all;
+}
+
+/// Bounds what the fits of all these sizes take.
+/// @param sizes  numbers of components of the finest layer, each of which may be tried
+void check_work(SettingsReader& policy, const std::vector<int>& sizes, const Eigen::MatrixXd& data,
                 const FitSettings& fit) {
   const double samples = static_cast<double>(data.cols());
-  const double work = num_components * samples * fit.em.num_iterations;
-  if (work > kWorkMax) {
-    policy.refuse("fit", fmt::format("components x samples x iterations is {:.0f}, must be at most "
-                                     "{:.0f}",
-                                     work, kWorkMax));
-  }
-  if (!fit.refine) return;
   const double inputs = fit.input_dim;
   const double outputs = static_cast<double>(data.rows()) - inputs;
-  const double numbers =
-      num_components * (inputs + outputs + inputs * outputs + inputs * (inputs + 1) / 2 + 1);
-  if (samples * outputs * numbers * numbers <= kRefinementMax) return;
+  const double of_component = inputs + outputs + inputs * outputs + inputs * (inputs + 1) / 2 + 1;
+  double densities = 0;
+  double products = 0;
+  for (const int size : sizes) {
+    const double numbers = size * of_component;
+    densities += size * samples * fit.em.num_iterations;
+    // The sum of squares, and its factor at each of at most 8 tries.
+    products += numbers * numbers * (samples * outputs + 8 * numbers / 3);
+  }
+  if (densities > kWorkMax) {
+    policy.refuse("fit", fmt::format("components x samples x iterations is {:.0f}, must be at most "
+                                     "{:.0f}",
+                                     densities, kWorkMax));
+  }
+  if (!fit.refine || products <= kRefinementMax) return;
   policy.refuse("fit.refine",
                 fmt::format("a regression of {:.0f} numbers to {} outputs of {} samples takes too "
-                            "long: outputs x samples x numbers^2 must be at most {:.0f}; or take "
-                            "\"none\"",
-                            numbers, outputs, samples, kRefinementMax));
+                            "long: numbers^2 x (outputs x samples + 8/3 numbers) must be at most "
+                            "{:.0f}, of \"auto\" over all sizes; or take \"none\"",
+                            sizes.back() * of_component, outputs, samples, kRefinementMax));
 }
 
 StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, ThetaLayout layout,
@@ -219,28 +239,45 @@ StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, Thet
                     .demonstration = std::make_shared<const Eigen::MatrixXd>(data),
                     .demonstration_text = demonstration.text};
   const bool is_flat = model == "flat";
-  std::vector<int> components;
   const bool is_automatic = policy.is_word(
       "components", "auto",
       {.meaning = "As few components as meet the demonstration within a tenth of its rms, at most "
                   "16; of a tree two layers of them; needs fit.refine = \"regression\""});
+  if (is_automatic && !fit.refine) {
+    policy.refuse("components", "\"auto\" needs fit.refine = \"regression\"");
+  }
+  std::vector<int> components;
   if (!is_automatic) components = read_components(policy, is_flat, data.cols());
-  check_work(policy, is_automatic ? kSufficientComponentsMax : components.back(), data, fit);
-  if (is_flat && !is_automatic) components = {components.back()};
+  if (!is_automatic && is_flat) components = {components.back()};
   if (sources.fitted) {
     check_fitted(policy, *sources.fitted, fit, layout, components, data.rows());
     start.policy = sources.fitted->policy;
     start.log_likelihoods = sources.fitted->log_likelihoods;
     return start;
   }
+  const auto fitted = [&](const std::vector<int>& layers) {
+    const int num_layers = static_cast<int>(layers.size());
+    return is_flat           ? fit_flat(data, layers.back(), fit)
+           : model == "tree" ? fit_bottom_up(data, layers.front(), num_layers, fit)
+                             : fit_top_down(data, layers.back(), num_layers, fit);
+  };
   try {
-    if (is_automatic) components = automatic_components(policy, is_flat, data, fit);
-    const int num_layers = static_cast<int>(components.size());
-    TreeModel tree = is_flat           ? fit_flat(data, components.back(), fit)
-                     : model == "tree" ? fit_bottom_up(data, components.front(), num_layers, fit)
-                                       : fit_top_down(data, components.back(), num_layers, fit);
-    start.log_likelihoods = log_likelihoods(tree, data);
-    start.policy = std::make_shared<TreePolicy>(std::move(tree), 1, layout);
+    std::optional<TreeModel> tree;
+    if (is_automatic) {
+      const SizeRange sizes = sizes_to_try(is_flat, data.cols());
+      check_work(policy, all_of(sizes), data, fit);
+      tree = smallest_sufficient(sizes, "components", [&](int finest) {
+        TreeModel candidate =
+            fitted(is_flat ? std::vector<int>{finest} : std::vector<int>{finest / 2, finest});
+        const double error = relative_regression_error(candidate.finest(), data);
+        return Fitted<TreeModel>{std::move(candidate), error};
+      });
+    } else {
+      check_work(policy, {components.back()}, data, fit);
+      tree = fitted(components);
+    }
+    start.log_likelihoods = log_likelihoods(*tree, data);
+    start.policy = std::make_shared<TreePolicy>(*std::move(tree), 1, layout);
     return start;
   } catch (const FitError& error) {
     policy.refuse("fit", fmt::format("no model can be fitted: {}", error.what()));
@@ -283,6 +320,10 @@ PolicyRegistry learnable_policies() {
   policies.set_start("tree", read_start_policy);
   policies.set_start("spline", read_spline_start);
   policies.set_start("correction", read_correction_start);
+  policies.set_start("rbf", read_rbf_start);
+  policies.set_start("dmp", read_dmp_start);
+  policies.set_start("network", read_network_start);
+  policies.add_choice("auto", read_automatic_start);
   return policies;
 }
 

@@ -87,10 +87,9 @@ json to_json_value(const ConditionSummary& c) {
 }
 
 json to_json_value(const LedgerCounters& l) {
-  return {{"issued", l.issued},       {"applied", l.applied},
-          {"pending", l.pending},     {"late", l.late},
-          {"failed", l.failed},       {"discarded", l.discarded},
-          {"duplicate", l.duplicate}, {"rejected", l.rejected},
+  return {{"issued", l.issued},       {"applied", l.applied},        {"pending", l.pending},
+          {"late", l.late},           {"failed", l.failed},          {"discarded", l.discarded},
+          {"duplicate", l.duplicate}, {"rejected", l.rejected},      {"unasked", l.unasked},
           {"reissued", l.reissued},   {"conflicting", l.conflicting}};
 }
 

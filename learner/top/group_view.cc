@@ -213,6 +213,10 @@ std::vector<Line> GroupView::lines(const Choice& choice, std::size_t width, std:
     }
     add_learner(learner->second, now, lines);
   }
+  if (!is_verified_) {
+    lines.push_back(
+        {{"unverified: anybody on the group may have said this (--key-file)", Look::kQuiet}});
+  }
   add_workers(now, learner ? std::max<std::size_t>(2, height / 4) : height, lines);
   if (learner) add_runs(learner->second, choice, height, lines);
   if (lines.size() > height) lines.resize(height);

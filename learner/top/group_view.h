@@ -38,6 +38,8 @@ class GroupView {
   static constexpr std::size_t kWorkersMax = 1000;
   static constexpr std::size_t kRunsMax = 100'000;  ///< of a learner
 
+  /// Whether what is heard is signed and checked; until it is told, it is not.
+  void set_verified(bool is_verified) { is_verified_ = is_verified; }
   void hear(const protocol::Message& message, TimePoint now);
   /// Who has been silent for long is shown no more.
   void forget_silent(TimePoint now);
@@ -70,6 +72,7 @@ class GroupView {
 
   std::map<protocol::LearnerId, SeenLearner> learners_;
   std::map<protocol::WorkerId, SeenWorker> workers_;
+  bool is_verified_ = false;
 };
 
 /// As text of its own, without looks.

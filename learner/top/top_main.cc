@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -21,6 +22,7 @@ using transport::Channel;
 
 struct TopOptions {
   std::string lcm_url;
+  std::filesystem::path key_file;
   bool once = false;
   int seconds = 3;
 };
@@ -37,6 +39,10 @@ class Top {
     bus.url = transport::resolve_url(options.lcm_url);
     bus.channels = {Channel::kLearnerStatus, Channel::kRunStatus, Channel::kWorkerStatus};
     bus.among_programs = true;
+    bus.key_file =
+        transport::key_file_of("--key-file", options.key_file, transport::Voice::kLearner);
+    bus.only_watches = true;
+    view_.set_verified(bus.key_file.has_value());
     bus.on_message = [this](const protocol::Message& message) { view_.hear(message, loop_.now()); };
     const std::string url = bus.url;
     Result<std::unique_ptr<transport::Bus>> opened = open_bus(loop_, std::move(bus));
@@ -125,6 +131,8 @@ int top_main(int argc, char** argv) {
   const auto describe = [&](CommandLine& line) {
     line.add("--lcm-url", options.lcm_url,
              "LCM URL [LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0]");
+    line.add("--key-file", options.key_file,
+             "Learner's keys of treeroll-keygen: shows only what is signed with one");
     const Option once =
         line.add("--once", options.once, "Listen for a while, print what was heard, and end");
     line.add("--seconds", options.seconds, "With --once: for so long")

@@ -3,7 +3,6 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <sodium.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <cctype>
@@ -11,13 +10,14 @@
 #include <string_view>
 
 #include "common/base/config_error.h"
-#include "common/files/whole_file.h"
+#include "common/files/secret_file.h"
 
 namespace treeroll::web {
 namespace {
 
 constexpr std::size_t kTokenMin = 16;
 constexpr std::size_t kTokenMax = 256;
+constexpr std::size_t kTokenFileBytesMax = 4096;
 
 bool is_ipv4(const std::string& text) {
   in_addr address{};
@@ -117,14 +117,9 @@ HttpAddress read_http_address(const std::string& option, const std::string& text
 }
 
 std::string read_token_file(const std::string& option, const std::filesystem::path& file) {
-  struct stat status {};
-  if (stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
-      (status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
-    throw ConfigError(option, file.string(), "must be readable by its owner alone: chmod 600");
-  }
   std::string token;
   try {
-    token = read_whole_file(file);
+    token = read_secret_file(file, kTokenFileBytesMax);
   } catch (const std::runtime_error& error) {
     throw ConfigError(option, file.string(),
                       fmt::format("must be a file that can be read: {}", error.what()));

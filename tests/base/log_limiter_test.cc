@@ -8,6 +8,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
@@ -42,6 +43,14 @@ class LogLimiterTest : public ::testing::Test {
   LogLimiter limiter_;
   TimePoint now_ = TimePoint(1h);
 };
+
+TEST_F(LogLimiterTest, WhatStrangersSayIsOneLineAndSteersNoTerminal) {
+  EXPECT_THAT(add("hosts", "worker 1 (a\n2026-01-01 learner: done\x1b[2J\xc2\x9b"),
+              ElementsAre("worker 1 (a 2026-01-01 learner: done [2J "));
+  for (int i = 0; i < 2 * LogLimiter::kLinesMax; ++i) add("hosts", "a\nb");
+  now_ += 60s;
+  EXPECT_THAT(due(), ElementsAre(HasSubstr("the last: a b")));
+}
 
 TEST_F(LogLimiterTest, TheFirstFewPassAndTheOthersAreOneLineAPeriod) {
   fill("joins");

@@ -1,7 +1,11 @@
 #include <benchmark/benchmark.h>
 
+#include <string>
+#include <vector>
+
 #include "common/base/check.h"
 #include "common/base/content_hash.h"
+#include "common/transport/authenticator.h"
 #include "common/transport/codec.h"
 
 namespace treeroll::benchmarks {
@@ -70,6 +74,60 @@ void decode(benchmark::State& state, Message (*make)(std::int32_t)) {
   count_bytes(state, encoded.size());
 }
 
+/// A learner and a worker of its that have met: each knows the other's key.
+struct Signers {
+  transport::Authenticator learner{ring(line_of(transport::Key{}))};
+  transport::Authenticator worker{ring(line_of(transport::worker_key({}, 1)))};
+
+  static transport::KeyRing ring(const std::string& line) {
+    return *transport::KeyRing::parse(line);
+  }
+  Signers() {
+    protocol::WorkerStatus status;
+    status.worker_id = 5;
+    std::vector<std::byte> bytes = transport::encode(status);
+    worker.sign(status, bytes);
+    CHECK(!learner.refusal(Channel::kWorkerStatus, bytes), "a status that is signed");
+    // Its name is known from now on.
+    const Message batch = request_batch(1);
+    bytes = transport::encode(batch);
+    learner.sign(batch, bytes);
+  }
+};
+
+/// An answer of 150 bytes or so where there is one result: the copy that is signed is counted too.
+void sign(benchmark::State& state, Message (*make)(std::int32_t)) {
+  Signers signers;
+  const Message message = make(static_cast<std::int32_t>(state.range(0)));
+  const bool is_learners = std::holds_alternative<protocol::RolloutBatch>(message);
+  const std::vector<std::byte> plain = transport::encode(message);
+  std::vector<std::byte> bytes;
+  for (auto _ : state) {
+    bytes = plain;
+    (is_learners ? signers.learner : signers.worker).sign(message, bytes);
+    benchmark::DoNotOptimize(bytes.data());
+  }
+  count_bytes(state, bytes.size());
+}
+
+void check(benchmark::State& state, Message (*make)(std::int32_t)) {
+  Signers signers;
+  const Message message = make(static_cast<std::int32_t>(state.range(0)));
+  const bool is_learners = std::holds_alternative<protocol::RolloutBatch>(message);
+  std::vector<std::byte> bytes = transport::encode(message);
+  (is_learners ? signers.learner : signers.worker).sign(message, bytes);
+  transport::Authenticator& reader = is_learners ? signers.worker : signers.learner;
+  const Channel channel = transport::channel_of(message);
+  CHECK(!reader.refusal(channel, bytes), "a message that is signed");
+  CHECK(reader.admit(message, bytes) == transport::Authenticator::Admission::kTaken,
+        "a message that is new");
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(reader.refusal(channel, bytes));
+    benchmark::DoNotOptimize(reader.admit(message, bytes));
+  }
+  count_bytes(state, bytes.size());
+}
+
 #define TREEROLL_CODEC_BENCHMARK(deed, batch) \
   BENCHMARK_CAPTURE(deed, batch, batch)->Name("codec/" #deed "/" #batch)->Arg(1)->Arg(16)->Arg(64)
 
@@ -77,6 +135,10 @@ TREEROLL_CODEC_BENCHMARK(encode, request_batch);
 TREEROLL_CODEC_BENCHMARK(decode, request_batch);
 TREEROLL_CODEC_BENCHMARK(encode, result_batch);
 TREEROLL_CODEC_BENCHMARK(decode, result_batch);
+TREEROLL_CODEC_BENCHMARK(sign, request_batch);
+TREEROLL_CODEC_BENCHMARK(check, request_batch);
+TREEROLL_CODEC_BENCHMARK(sign, result_batch);
+TREEROLL_CODEC_BENCHMARK(check, result_batch);
 
 }  // namespace
 }  // namespace treeroll::benchmarks

@@ -7,7 +7,8 @@
 #include "common/base/config_error.h"
 #include "common/base/elementary.h"
 #include "common/base/settings_reader.h"
-#include "common/policy/linear/spline_policy.h"
+#include "common/policy/linear/linear_policy.h"
+#include "common/policy/linear/spline_form.h"
 #include "learner/explore/cma_es_rule.h"
 #include "learner/explore/exploration.h"
 #include "learner/explore/exploration_settings.h"
@@ -18,8 +19,9 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-SplinePolicy constant_spline(double value) {
-  return {std::make_shared<SplineLadder>(BSpline(3, 8, 0, 2.2), 1), nullptr,
+LinearPolicy constant_spline(double value) {
+  return {std::make_shared<SplineForm>(std::make_shared<SplineLadder>(BSpline(3, 8, 0, 2.2), 1),
+                                       nullptr),
           Eigen::MatrixXd::Constant(1, 8, value), 1};
 }
 

@@ -4,19 +4,22 @@
 
 #include <Eigen/Cholesky>
 
-#include "common/policy/linear/spline_policy.h"
+#include "common/policy/linear/linear_policy.h"
+#include "common/policy/linear/spline_form.h"
 #include "common/policy/tree/tree_policy.h"
 #include "tests/explore/trees.h"
 
 namespace treeroll::explore {
 namespace {
 
-SplinePolicy spline(int num_outputs) {
+LinearPolicy spline(int num_outputs) {
   Eigen::MatrixXd coefficients(num_outputs, 8);
   for (Eigen::Index i = 0; i < coefficients.size(); ++i) {
     coefficients.data()[i] = static_cast<double>(i % 5) - 2;
   }
-  return {std::make_shared<SplineLadder>(BSpline(3, 8, 0, 2.2), 1), nullptr, coefficients, 1};
+  return {std::make_shared<SplineForm>(std::make_shared<SplineLadder>(BSpline(3, 8, 0, 2.2), 1),
+                                       nullptr),
+          coefficients, 1};
 }
 
 /// What a step of theta does to the output: root of the mean over inputs of its squared norm.
@@ -43,7 +46,7 @@ TEST(MetricTest, AStepInAnyDirectionMovesTheOutputAlike) {
 }
 
 TEST(MetricTest, IsInTheUnitOfTheOutputAndOfTheirSize) {
-  const SplinePolicy policy = spline(1);
+  const LinearPolicy policy = spline(1);
   const PolicyEffect effect = policy.effect();
   EXPECT_NEAR(output_size(effect), output_size(policy.with(3 * policy.theta())->effect()) / 3,
               1e-12);

@@ -7,7 +7,6 @@
 
 #include "common/base/config_error.h"
 #include "common/base/settings_reader.h"
-#include "common/policy/linear/spline_policy.h"
 #include "learner/fit/demonstration.h"
 #include "learner/fit/start_policy.h"
 
@@ -123,7 +122,8 @@ TEST(SplineStartTest, AStoredStartIsTakenIfItIsSuchAPolicy) {
 
 TEST(SplineStartTest, RefusesWhatCannotBeUsedNamingTheKey) {
   const std::pair<const char*, const char*> cases[] = {
-      {R"({"kind": "splines"})", "must be one of: correction, spline, tree"},
+      {R"({"kind": "splines"})",
+       "must be one of: auto, correction, dmp, network, rbf, spline, tree"},
       {R"({"kind": "spline", "degree": 8})", "policy.degree"},
       {R"({"kind": "spline", "coefficients": [3]})", "at least 4"},
       {R"({"kind": "spline", "coefficients": [4, 6]})", "after 4 come 5"},

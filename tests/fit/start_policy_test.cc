@@ -110,6 +110,9 @@ TEST(StartPolicyTest, CountsComponentsItselfWhereAsked) {
   const StartPolicy tree = read_start(R"({"model": "top_down_tree", "components": "auto"})");
   EXPECT_EQ(tree_of(tree).num_components(1), 2);
   EXPECT_EQ(tree_of(tree).num_components(2), 4);
+  // What counts is the tree that is learnt, not a flat model of as many components.
+  const StartPolicy bottom_up = read_start(R"({"model": "tree", "components": "auto"})");
+  EXPECT_LE(relative_regression_error(tree_of(bottom_up).finest(), demonstrate({})), .1);
 }
 
 /// Defaults of two kinds of demonstration regularise the same data differently, and EM ends in two
@@ -187,9 +190,11 @@ TEST(StartPolicyTest, RefusesWhatCannotBeUsedNamingTheKey) {
       {R"({"fit": {"refine": "none", "stop_relative_error": 0.1}})",
        "policy.fit.stop_relative_error"},
       {R"({"components": "auto", "fit": {"refine": "none"}})", "needs fit.refine"},
+      {R"({"components": "auto", "demonstration": {"samples": 20000}})", "over all sizes"},
+      {R"({"components": "auto", "fit": {"iterations": 100000}})", "components x samples"},
       {R"({"components": "some"})", "must be a list of numbers"},
       {R"({"model": "flat", "components": [64], "demonstration": {"samples": 10000}})",
-       "samples x numbers^2"},
+       "numbers^2 x (outputs x samples"},
       {R"({"fit": {"iterations": 100000}, "demonstration": {"samples": 100000}})",
        "components x samples x iterations"},
       {R"({"model": "flat", "components": [4], "demonstration": {"samples": 4},

@@ -49,8 +49,10 @@ inline Study small_study(int num_rollouts, int repetitions, int in_flight = 1) {
 /// a delay, some lost.
 class Cluster {
  public:
-  explicit Cluster(Study study, bool knows_task = true, bool repeatable = true) {
+  explicit Cluster(Study study, bool knows_task = true, bool repeatable = true,
+                   bool is_authenticated = false) {
     LearnerSettings settings;
+    settings.is_authenticated = is_authenticated;
     settings.learner_id = kLearner;
     settings.batch_bytes_max = 60000;
     settings.host = "here";

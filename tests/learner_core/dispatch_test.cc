@@ -152,6 +152,7 @@ TEST(DispatchTest, AWorkerIsGivenNoMoreThanItCanNameInOneMessage) {
   WorkerEntry& worker = add_worker(workers, 1, protocol::kEvaluatorsPerWorkerMax);
   worker.receive_buffer_bytes = std::numeric_limits<int>::max();
   worker.free_slots = std::numeric_limits<int>::max();  // whatever it says
+  worker.num_accepted = 1000;                           // it has shown that it has them
   EXPECT_EQ(window(worker, 50e-6), protocol::kLeasesPerWorkerMax);
   Ledger ledger = with_draws(protocol::kLeasesPerWorkerMax + 100);
   EXPECT_EQ(assign(ledger, workers, {at(0), 50e-6, &kTasks}).size(),

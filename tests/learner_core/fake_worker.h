@@ -36,7 +36,7 @@ class FakeWorker {
     status.host = host;
     status.pid = static_cast<std::int32_t>(id_);
     status.numeric_class = numeric_class;
-    status.num_evaluators = 1;
+    status.num_evaluators = num_evaluators;
     status.free_slots = 64 - static_cast<int>(held_.size());
     status.receive_buffer_bytes = 1 << 20;
     status.draining = draining;
@@ -119,6 +119,7 @@ class FakeWorker {
   std::string reason;
   int discards_one_in = 0;  ///< of so many trials, by their seed; 0: none
   bool draining = false;
+  int num_evaluators = 1;
   int num_requests = 0;
   int num_evaluated = 0;
 

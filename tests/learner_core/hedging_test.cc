@@ -79,6 +79,9 @@ TEST_F(HedgingTest, WhereAllAreDoubtfulOneOfThemIsAsked) {
 TEST_F(HedgingTest, WhoHasNothingIsNotLate) {
   workers_.find(2)->late = true;
   given_too(.1);
+  EXPECT_TRUE(workers_.find(2)->late) << "it has never answered anything";
+  workers_.find(2)->num_accepted = 1;
+  given_too(.1);
   EXPECT_FALSE(workers_.find(2)->late);
 }
 

@@ -34,6 +34,9 @@ TEST(LearnerLimitsTest, AWorkerTooManyIsRefusedSaidOnceAndServedWhenOneHasLeft) 
     protocol::WorkerStatus idle = FakeWorker(static_cast<int>(id), {}).status(Cluster::kLearner);
     idle.draining = true;
     cluster.give(idle);
+    // Who has answered a greeting is a worker, and stays.
+    idle.held.front().last_batch = 1'000'000;
+    cluster.give(idle);
   }
   EXPECT_EQ(lines_with(cluster, "is refused"), 0);
   FakeWorker& late = cluster.add_worker(5000);
@@ -107,19 +110,21 @@ TEST(LearnerLimitsTest, WhoHasWorkedIsStillInTheSummaryAfterAFloodOfMadeUpWorker
 }
 
 TEST(LearnerLimitsTest, AClassTooManyComparesWithNothing) {
-  Cluster cluster(small_study(10, 1));
+  Cluster cluster(small_study(10, 2));
   cluster.add_worker(1);
+  FakeWorker& worker = cluster.add_worker(2);
   cluster.start();
   cluster.run(milliseconds(35));
-  const auto duplicate = [&](int id, const std::string& numeric_class) {
-    FakeWorker worker(id, {});
+  ASSERT_GT(worker.num_evaluated, 0);
+  // One that names another class each time.
+  const auto duplicate = [&](int index, const std::string& numeric_class) {
     worker.numeric_class = numeric_class;
     cluster.give(worker.status(Cluster::kLearner));
     protocol::RewardBatch batch;
     batch.learner_id = Cluster::kLearner;
-    batch.worker_id = id;
-    batch.first_index = 1;
-    batch.results = {{{0, 0}, 0, 0, Outcome::ok(.1), 1}};
+    batch.worker_id = 2;
+    batch.first_index = index;
+    batch.results = {{cluster.journal[0].key, 0, 0, Outcome::ok(.1), 1}};
     cluster.give(batch);
   };
   for (int id = 10; id < 10 + static_cast<int>(kNumericClassesMax); ++id) {
@@ -136,8 +141,10 @@ TEST(LearnerLimitsTest, AClassTooManyComparesWithNothing) {
 TEST(LearnerLimitsTest, AWorkerThatDescribesTheTaskOtherwiseIsRefusedWithBothValues) {
   Cluster cluster(small_study(10, 1));
   cluster.start();
-  FakeWorker other(3, {});
-  cluster.give(other.status(Cluster::kLearner));
+  protocol::WorkerStatus status = FakeWorker(3, {}).status(Cluster::kLearner);
+  cluster.give(status);
+  status.held.front().last_batch = 1'000'000;  // it has read the greeting
+  cluster.give(status);
   const ContentHash task = content_hash(small_study(1, 1).conditions[0].task_content);
   std::string description = kDescription;
   cluster.give(protocol::DefinitionReport{3, Cluster::kLearner, task, true, description});

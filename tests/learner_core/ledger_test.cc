@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "common/protocol/limits.h"
+
 namespace treeroll::learner {
 namespace {
 
@@ -22,6 +24,23 @@ Ledger ledger_of(int count) {
     ledger.draw({0, number}, question(number, {0, number}));
   }
   return ledger;
+}
+
+TEST(LedgerTest, KnowsWhoWasAskedAndForgetsTheFirstPastTheMost) {
+  Ledger ledger = ledger_of(1);
+  const auto ask = [&](protocol::WorkerId worker) {
+    ledger.lease(at(0), {{0, worker, at(50)}});
+    ledger.take_back({0, 0}, worker);
+  };
+  ask(1);
+  ask(1);
+  EXPECT_TRUE(ledger.find({0, 0})->was_asked(1)) << "its lease is lost, its answer may come";
+  EXPECT_FALSE(ledger.find({0, 0})->was_asked(2));
+  const auto most = static_cast<protocol::WorkerId>(protocol::kAskedMax);
+  for (protocol::WorkerId worker = 2; worker <= most + 1; ++worker) ask(worker);
+  EXPECT_FALSE(ledger.find({0, 0})->was_asked(1));
+  EXPECT_TRUE(ledger.find({0, 0})->was_asked(most + 1));
+  EXPECT_EQ(ledger.find({0, 0})->asked.size(), protocol::kAskedMax);
 }
 
 TEST(LedgerTest, LeasesReadyRolloutsOnceInOrder) {

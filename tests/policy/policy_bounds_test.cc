@@ -12,7 +12,8 @@
 #include "common/base/config_error.h"
 #include "common/base/settings_reader.h"
 #include "common/policy/kinds/standard_policies.h"
-#include "common/policy/linear/spline_policy.h"
+#include "common/policy/linear/linear_policy.h"
+#include "common/policy/linear/spline_form.h"
 
 namespace treeroll {
 namespace {
@@ -27,7 +28,8 @@ PolicyPtr line_policy(double end) {
   const auto ladder = std::make_shared<SplineLadder>(BSpline(1, 2, 0, 1), 2);
   Eigen::MatrixXd coefficients(1, 3);
   coefficients << 0, end / 2, end;
-  return std::make_shared<SplinePolicy>(ladder, nullptr, coefficients, 2);
+  return std::make_shared<LinearPolicy>(std::make_shared<SplineForm>(ladder, nullptr), coefficients,
+                                        2);
 }
 
 PolicyPtr with_bounds(const char* table, const PolicyPtr& policy) {
@@ -231,7 +233,8 @@ TEST(PolicyBoundsTest, AStartIsWithinThemInEveryLayer) {
   const auto ladder = std::make_shared<SplineLadder>(BSpline(1, 2, 0, 1), 2);
   Eigen::MatrixXd coefficients(1, 3);
   coefficients << 0, 8, 0;
-  const auto start = std::make_shared<SplinePolicy>(ladder, nullptr, coefficients, 2)->at_layer(1);
+  const auto start =
+      LinearPolicy(std::make_shared<SplineForm>(ladder, nullptr), coefficients, 2).at_layer(1);
   ASSERT_LT(start->theta().maxCoeff(), 7);
   EXPECT_THAT(error_of<ConfigError>(
                   [&] { with_bounds(R"({"outside": "clip", "theta_max": [7]})", start); }),

@@ -42,6 +42,32 @@ std::string hex(std::span<const double> numbers) {
   return text;
 }
 
+/// The library takes the policy's text, a theta near its own, and 50 inputs.
+void expect_same_bits(const Policy& start, test::RandomMixture& random) {
+  Eigen::VectorXd theta = start.theta();
+  for (double& x : theta) x += 1e-3 * random.normal();
+  const PolicyPtr changed = start.with(theta);
+  const auto controller = changed->controller();
+  std::string input = to_json(start) + "\nget\ntheta " +
+                      hex({theta.data(), static_cast<std::size_t>(theta.size())}) + "\ntext\n";
+  std::vector<std::string> expected;
+  for (int i = 0; i < 50; ++i) {
+    const Eigen::VectorXd point = 3 * random.vector(start.input_dim());
+    const std::span<const double> numbers(point.data(), static_cast<std::size_t>(point.size()));
+    std::vector<double> output(static_cast<std::size_t>(start.output_dim()));
+    controller->act(numbers, output);
+    input += "act " + hex(numbers) + "\n";
+    expected.push_back(hex(output));
+  }
+  const std::vector<std::string> said = c_says(input);
+  ASSERT_EQ(said.size(), expected.size() + 4);
+  const Eigen::VectorXd start_theta = start.theta();
+  EXPECT_EQ(said[1], hex({start_theta.data(), static_cast<std::size_t>(start_theta.size())}));
+  EXPECT_EQ(said[2], to_json(*changed));
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(said[i + 3], expected[i]) << i;
+  EXPECT_EQ(said.back(), "0 wrong calls were taken");
+}
+
 TEST(PolicyLibraryTest, ActsToTheSameBitsAsTheClasses) {
   int number = 0;
   for (const ThetaLayout layout : kLayouts) {
@@ -50,28 +76,29 @@ TEST(PolicyLibraryTest, ActsToTheSameBitsAsTheClasses) {
       test::RandomMixture random(static_cast<std::uint32_t>(++number));
       const TreePolicy start(
           random.tree(FrameKind::kCholesky, input_dim, input_dim + output_dim, 2), 2, layout);
-      Eigen::VectorXd theta = start.theta();
-      for (double& x : theta) x += 1e-3 * random.normal();
-      const PolicyPtr changed = start.with(theta);
-      const auto controller = changed->controller();
-      std::string input = to_json(start) + "\nget\ntheta " +
-                          hex({theta.data(), static_cast<std::size_t>(theta.size())}) + "\ntext\n";
-      std::vector<std::string> expected;
-      for (int i = 0; i < 50; ++i) {
-        const Eigen::VectorXd point = 3 * random.vector(input_dim);
-        std::vector<double> output(static_cast<std::size_t>(output_dim));
-        controller->act({point.data(), static_cast<std::size_t>(input_dim)}, output);
-        input += "act " + hex({point.data(), static_cast<std::size_t>(input_dim)}) + "\n";
-        expected.push_back(hex(output));
-      }
-      const std::vector<std::string> said = c_says(input);
-      ASSERT_EQ(said.size(), expected.size() + 4);
-      const Eigen::VectorXd start_theta = start.theta();
-      EXPECT_EQ(said[1], hex({start_theta.data(), static_cast<std::size_t>(start_theta.size())}));
-      EXPECT_EQ(said[2], to_json(*changed));
-      for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(said[i + 3], expected[i]) << i;
-      EXPECT_EQ(said.back(), "0 wrong calls were taken");
+      expect_same_bits(start, random);
     }
+  }
+}
+
+TEST(PolicyLibraryTest, KnowsEveryKind) {
+  const char* contents[] = {
+      R"("kind": "spline", "degree": 2, "range": [0, 2], "sizes": [3, 4], "layer": 2,
+         "coefficients": [[1, 2, -3, 0.5], [4, 0, 1, 2]])",
+      R"("kind": "correction", "degree": 1, "range": [0, 2], "sizes": [2], "layer": 1,
+         "coefficients": [[1, 2]], "inputs": [0, 1, 2], "outputs": [[0.1, 5, -3]])",
+      R"("kind": "rbf", "range": [0, 2], "layer": 1, "coefficients": [[1, 2, -3], [4, 0, 1]])",
+      R"("kind": "dmp", "range": [0, 2], "layer": 1, "starts": [1.5],
+         "coefficients": [[1, 2, -3, 0.5]])",
+      R"("kind": "network", "ranges": [[-1, 1], [0, 3]], "outer": [[1, 2, 0.5]],
+         "inner": [[1, -1, 0.3], [0.2, 2, -1]])"};
+  test::RandomMixture random(99);
+  for (const char* content : contents) {
+    std::string text = R"({"format": "treeroll-policy", "version": 1, )" + std::string(content);
+    const Result<PolicyPtr> policy = standard_policies().from_json(text + "}");
+    ASSERT_TRUE(policy) << policy.error().message;
+    SCOPED_TRACE(std::string((*policy)->kind()));
+    expect_same_bits(**policy, random);
   }
 }
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from support import EXAMPLE, PYTHON, SOURCE, ProgramTest, lcm_url
 import treeroll
+from treeroll.__main__ import write_whole
 from treeroll.lcm_bus import UdpmBus
 from treeroll.lcm_types import MessageError, Types
 
@@ -32,6 +33,18 @@ print(json.dumps({
 """
 
 
+class WriteWholeTest(unittest.TestCase):
+    def test_a_link_at_the_temporary_name_is_not_written_through(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            victim = folder / "victim"
+            victim.write_text("mine")
+            (folder / "best.json.part").symlink_to(victim)
+            write_whole(folder / "best.json", "{}")
+            self.assertEqual((folder / "best.json").read_text(), "{}")
+            self.assertEqual(victim.read_text(), "mine")
+
+
 class TypesTest(unittest.TestCase):
     def test_bytes_are_those_of_lcm_gen(self):
         types = Types(SOURCE / "lcmtypes")
@@ -43,7 +56,8 @@ class TypesTest(unittest.TestCase):
         batch = {"learner_id": 2**63 - 1, "sequence": 1, "num_rollouts": 2, "rollouts": [request] * 2,
                  "num_acknowledgements": 1,
                  "acknowledgements": [{"worker_id": 1, "seen_index": 2, "result_index": 3}],
-                 "mac": bytes(16)}
+                 "num_word_macs": 1, "word_macs": [b"\7" * 16],
+                 "key_id": 9, "signed_index": 4, "mac": bytes(range(16))}
 
         def asked(kind, fields, parts):
             return {"kind": kind, "fields": {

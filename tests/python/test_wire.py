@@ -33,3 +33,15 @@ class WireTest(ProgramTest):
         self.assertEqual(len(summary["numeric_classes"]), 2, summary["numeric_classes"])
         self.assertEqual(mixed, ours)
         self.assertEqual(summary["ledger"]["conflicting"], 0)
+
+    def test_with_keys_the_bytes_stay_and_who_has_none_is_not_heard(self):
+        _, ours = self.learn("ours", lcm_url(17), "--local-workers", "2", "--evaluator", TASK)
+        learner, worker = self.folder / "learner.key", self.folder / "worker.key"
+        self.run_program("treeroll-keygen", learner)
+        self.run_program("treeroll-keygen", worker, "--worker-of", learner)
+        self.wire_worker(lcm_url(18))
+        self.wire_worker(lcm_url(18), "--drop", "0.1", "--key-file", str(worker))
+        summary, signed = self.learn("signed", lcm_url(18), "--evaluator", TASK,
+                                     "--key-file", learner)
+        self.assertEqual(signed, ours)
+        self.assertEqual([w["num_accepted"] > 0 for w in summary["workers"]], [True])

@@ -26,11 +26,13 @@ Network::Network(const Scenario& scenario, Schedule& schedule, Observer& observe
       schedule_(schedule),
       observer_(observer),
       deliver_(std::move(deliver)),
-      dice_(scenario.seed, kNetworkDice) {}
+      dice_(scenario.seed, kNetworkDice),
+      stranger_(scenario.seed, scenario.has_keys) {}
 
 void Network::send(int slot, Direction direction, const Node::MessagePointer& message) {
   if (dice_.chance(kEncodedShare)) check_encoding(*message);
   record(slot, direction, message);
+  let_stranger_speak(slot, direction, message);
   if (is_lost(slot, direction, *message)) return;
   carry(slot, direction, message);
   const bool faulty = schedule_.now() < scenario_.faults_end;
@@ -40,12 +42,23 @@ void Network::send(int slot, Direction direction, const Node::MessagePointer& me
   }
 }
 
-void Network::note_published(const protocol::Message& message) {
+void Network::let_stranger_speak(int slot, Direction direction, const Node::MessagePointer& heard) {
+  if (scenario_.stranger_share == 0 || !dice_.chance(scenario_.stranger_share)) return;
+  observer_.count("messages of strangers");
+  const Duration delay = dice_.between(Duration{}, kStragglerDelay);
+  schedule_.after(delay, [this, slot, direction, said = stranger_.answer(heard)] {
+    deliver_(slot, direction, said);
+  });
+}
+
+void Network::note_published(const Node::MessagePointer& message) {
   // On one host any size goes, and encoding takes longer than all the rest.
   if (scenario_.batch_bytes_max > protocol::kBatchBytesRemoteMax) return;
   const std::size_t size = protocol::kFrameHeaderBytes +
-                           std::strlen(transport::channel_name(transport::channel_of(message))) +
-                           1 + transport::encode(message).size();
+                           std::strlen(transport::channel_name(transport::channel_of(*message))) +
+                           1 +
+                           (scenario_.has_keys ? static_cast<const Datagram&>(*message).bytes.size()
+                                               : transport::encode(*message).size());
   num_bytes_ += static_cast<std::int64_t>(size);
   observer_.require(size <= protocol::kBatchBytesRemoteMax, "a message is larger than a frame");
 }

@@ -12,6 +12,7 @@
 #include "tests/simulation/node.h"
 #include "tests/simulation/observer.h"
 #include "tests/simulation/scenario.h"
+#include "tests/simulation/stranger.h"
 
 namespace treeroll::simulation {
 
@@ -26,7 +27,7 @@ class Network {
 
   void send(int slot, Direction direction, const Node::MessagePointer& message);
   /// Counts it; across hosts it must fit a frame, since no path carries what does not.
-  void note_published(const protocol::Message& message);
+  void note_published(const Node::MessagePointer& message);
   /// Of messages published so far, with LCM's header.
   std::int64_t num_bytes() const { return num_bytes_; }
   /// Nothing passes to or from this slot until `end`.
@@ -43,6 +44,7 @@ class Network {
   void record(int slot, Direction direction, const Node::MessagePointer& message);
   void play_from(std::size_t place, double speed);
   void carry(int slot, Direction direction, const Node::MessagePointer& message);
+  void let_stranger_speak(int slot, Direction direction, const Node::MessagePointer& heard);
   void check_truncated(const protocol::Message& message);
 
   const Scenario& scenario_;
@@ -50,6 +52,7 @@ class Network {
   Observer& observer_;
   Deliver deliver_;
   Dice dice_;
+  Stranger stranger_;
   std::int64_t num_bytes_ = 0;
   std::map<int, TimePoint> cut_until_;
   std::set<int> deaf_;

@@ -23,7 +23,8 @@ enum Purpose : std::uint32_t {
   kSizeDice = 9,
   kLastingDice = 10,
   kWorthDice = 11,
-  kRelayDice = 12
+  kRelayDice = 12,
+  kStrangerShareDice = 13
 };
 
 /// A tree of two or three layers, most of them left as soon as they may be.
@@ -272,6 +273,13 @@ Scenario with_relays(Scenario scenario) {
       scenario.incidents.push_back(incident);
     }
   }
+  return scenario;
+}
+
+Scenario with_keys(Scenario scenario) {
+  scenario.has_keys = true;
+  Dice dice(scenario.seed, kStrangerShareDice);
+  scenario.stranger_share = dice.chance(.2) ? 0 : dice.between(.01, .3);
   return scenario;
 }
 

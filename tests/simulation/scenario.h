@@ -72,6 +72,8 @@ struct Scenario {
   NetworkFaults network;
   std::vector<WorkerPlan> workers;
   int num_relays = 0;
+  bool has_keys = false;      ///< a learner's for learners, a key of its own for each worker
+  double stranger_share = 0;  ///< of messages that a stranger answers
   std::vector<Incident> incidents;
   Duration reading_delay{};  ///< from a message's arrival to the process that reads it
   std::int64_t unsynced_results_max = protocol::kUnsyncedResultsMax;
@@ -90,8 +92,15 @@ Scenario scenario_of(std::uint64_t seed);
 /// The scenario with one or two relays, most workers below them, and what may befall a relay.
 Scenario with_relays(Scenario scenario);
 
+/// The same among keys and strangers.
+Scenario with_keys(Scenario scenario);
+
 /// A tree of two layers of so many Gaussians.
 PolicyPtr wide_policy(int num_first, int num_last);
+
+/// Of keys: workers have their slots'.
+inline constexpr int kHostOfRelays = 500;
+inline constexpr int kInsidersHost = 900;
 
 int num_rollouts(const Scenario& scenario);
 int num_rollouts(const Study& study);

@@ -7,6 +7,7 @@
 
 #include "common/protocol/pieces.h"
 #include "common/protocol/timings.h"
+#include "common/protocol/wire_sizes.h"
 #include "common/transport/codec.h"
 
 namespace treeroll::simulation {
@@ -18,6 +19,8 @@ learner::LearnerSettings learner_settings(const Scenario& scenario, protocol::Le
   learner::LearnerSettings settings;
   settings.learner_id = id;
   settings.batch_bytes_max = scenario.batch_bytes_max;
+  settings.word_bytes = scenario.has_keys ? protocol::kWordMacBytes : 0;
+  settings.is_authenticated = scenario.has_keys;
   settings.unsynced_results_max = scenario.unsynced_results_max;
   if (scenario.knows_task) {
     settings.known_tasks[kTaskContent] =
@@ -368,6 +371,8 @@ void SimulatedLearner::check_counters() {
   observer_.require(counters.failed == num_failed_, "failed results are not those applied");
   observer_.require(counters.rejected == 0 && counters.conflicting == 0,
                     "a sound worker's answer is rejected");
+  observer_.count("answers of strangers refused",
+                  counters.unasked - std::exchange(num_unasked_, counters.unasked));
   observer_.num_reissued += counters.reissued - std::exchange(num_reissued_, counters.reissued);
 }
 

@@ -112,6 +112,7 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   bool is_unsynced_ = false;      ///< something that no sync has begun with
   std::int64_t last_sequence_ = 0;
   std::int64_t num_reissued_ = 0;
+  std::int64_t num_unasked_ = 0;
   std::int64_t num_failed_ = 0;  ///< applied and failed, as the journal has them
   std::map<protocol::RolloutKey, Expected> expected_;
   std::set<protocol::RolloutKey> open_;               ///< asked for and not answered

@@ -2,6 +2,9 @@
 
 #include <variant>
 
+#include "common/protocol/wire_sizes.h"
+#include "tests/simulation/gate.h"
+
 namespace treeroll::simulation {
 namespace {
 
@@ -10,12 +13,13 @@ constexpr int kRelayBufferBytes = 4 << 20;
 
 relay::RelaySettings relay_settings(const Scenario& scenario, Dice& dice, int index) {
   relay::RelaySettings settings;
-  settings.relay_id = dice.id();
+  settings.relay_id = Gate::name_of(scenario.has_keys, kHostOfRelays + index, dice.id());
   settings.host = "relay" + std::to_string(index);
   settings.pid = 1000 + index;
   settings.version = "simulated";
   settings.batch_bytes_above = scenario.batch_bytes_max;
   settings.batch_bytes_below = scenario.batch_bytes_max;
+  settings.word_bytes_below = scenario.has_keys ? protocol::kWordMacBytes : 0;
   return settings;
 }
 

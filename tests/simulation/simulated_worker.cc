@@ -7,6 +7,7 @@
 #include "common/base/check.h"
 #include "common/policy/kinds/standard_policies.h"
 #include "common/protocol/timings.h"
+#include "tests/simulation/gate.h"
 
 namespace treeroll::simulation {
 namespace {
@@ -24,7 +25,7 @@ constexpr int kKillsOfTrouble = 2;
 
 worker::WorkerSettings settings_of(const Scenario& scenario, Dice& dice, int slot) {
   worker::WorkerSettings settings;
-  settings.worker_id = dice.id();
+  settings.worker_id = Gate::name_of(scenario.has_keys, slot, dice.id());
   settings.host = "host" + std::to_string(slot);
   settings.pid = slot + 1;
   settings.version = "simulated";

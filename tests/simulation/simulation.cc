@@ -63,6 +63,7 @@ Simulation::Simulation(const Scenario& scenario)
       learners_(scenario.studies.size()),
       relays_(static_cast<std::size_t>(scenario.num_relays)),
       workers_(scenario.workers.size()),
+      gates_(scenario.workers.size()),
       generations_(scenario.workers.size()),
       stuck_(scenario.workers.size()),
       absence_(scenario.workers.size()) {}
@@ -78,19 +79,21 @@ void Simulation::deliver(int link, Network::Direction direction,
     } else {
       below = workers_[place].get();
     }
-    if (below != nullptr) below->deliver(message);
+    if (below == nullptr) return;
+    Gate& gate = is_of_relay ? relays_[place - workers_.size()].gate_above : gates_[place];
+    if (gate.admits(*message)) below->deliver(message);
     return;
   }
   const int relay = is_of_relay ? -1 : scenario_.workers[place].relay;
   if (relay >= 0) {
-    SimulatedRelay* above = relays_[static_cast<std::size_t>(relay)].process.get();
-    if (above != nullptr) above->deliver(message);
+    RelaySlot& above = relays_[static_cast<std::size_t>(relay)];
+    if (above.process && above.gate_below.admits(*message)) above.process->deliver(message);
     return;
   }
   ++observer_.num_messages_heard;
   observer_.num_heartbeats += std::holds_alternative<protocol::WorkerStatus>(*message) ? 1 : 0;
   for (LearnerSlot& learner : learners_) {
-    if (learner.process) learner.process->deliver(message);
+    if (learner.process && learner.gate.admits(*message)) learner.process->deliver(message);
   }
 }
 
@@ -131,8 +134,10 @@ void Simulation::advance_to_the_end() {
 void Simulation::start_learner(int index) {
   LearnerSlot& slot = learners_[static_cast<std::size_t>(index)];
   SimulatedLearner::Surroundings surroundings;
-  surroundings.send = [this](const Node::MessagePointer& message) {
-    network_.note_published(*message);
+  slot.gate = gate(Keys::kLearner);
+  surroundings.send = [this, &slot](const Node::MessagePointer& plain) {
+    const Node::MessagePointer message = slot.gate.seal(plain);
+    network_.note_published(message);
     for (int worker = 0; worker < static_cast<int>(workers_.size()); ++worker) {
       if (scenario_.workers[static_cast<std::size_t>(worker)].relay >= 0) continue;
       network_.send(worker, Network::Direction::kToWorker, message);
@@ -177,10 +182,12 @@ void Simulation::learner_ended(int index) {
 void Simulation::start_worker(int slot) {
   const auto place = static_cast<std::size_t>(slot);
   const int generation = generations_[place]++;
+  gates_[place] = gate(Keys::kWorker, slot);
   workers_[place] = std::make_unique<SimulatedWorker>(
       scenario_, schedule_, observer_, slot, generation,
-      SimulatedWorker::Surroundings{[this, slot](const Node::MessagePointer& message) {
-                                      network_.note_published(*message);
+      SimulatedWorker::Surroundings{[this, slot, place](const Node::MessagePointer& plain) {
+                                      const auto message = gates_[place].seal(plain);
+                                      network_.note_published(message);
                                       network_.send(slot, Network::Direction::kToLearner, message);
                                     },
                                     [this, slot, place, generation] {
@@ -204,12 +211,16 @@ void Simulation::start_relay(int index) {
   RelaySlot& slot = relays_[static_cast<std::size_t>(index)];
   const int generation = slot.generation++;
   SimulatedRelay::Surroundings surroundings;
-  surroundings.send_above = [this, index](const Node::MessagePointer& message) {
-    network_.note_published(*message);
+  slot.gate_above = gate(Keys::kWorker, kHostOfRelays + index);
+  slot.gate_below = gate(Keys::kLearner);
+  surroundings.send_above = [this, index, &slot](const Node::MessagePointer& plain) {
+    const Node::MessagePointer message = slot.gate_above.seal(plain);
+    network_.note_published(message);
     network_.send(link_of_relay(index), Network::Direction::kToLearner, message);
   };
-  surroundings.send_below = [this, index](const Node::MessagePointer& message) {
-    network_.note_published(*message);
+  surroundings.send_below = [this, index, &slot](const Node::MessagePointer& plain) {
+    const Node::MessagePointer message = slot.gate_below.seal(plain);
+    network_.note_published(message);
     for (int worker = 0; worker < static_cast<int>(workers_.size()); ++worker) {
       if (scenario_.workers[static_cast<std::size_t>(worker)].relay != index) continue;
       network_.send(worker, Network::Direction::kToWorker, message);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "tests/simulation/gate.h"
 #include "tests/simulation/network.h"
 #include "tests/simulation/simulated_learner.h"
 #include "tests/simulation/simulated_relay.h"
@@ -27,6 +28,9 @@ class Simulation {
  private:
   void advance_to_the_end();
   void start_learner(int index);
+  Gate gate(Keys keys, int host = 0) const {
+    return {scenario_.has_keys ? keys : Keys::kNone, host};
+  }
   void deliver(int link, Network::Direction direction, const Node::MessagePointer& message);
   void start_worker(int slot);
   void start_relay(int index);
@@ -51,6 +55,7 @@ class Simulation {
   struct LearnerSlot {
     Disk disk;
     std::unique_ptr<SimulatedLearner> process;
+    Gate gate;
     int generation = 0;
     Duration absence{};  ///< how long it stays away once gone
     bool dies = false;   ///< once gone it stays away
@@ -58,11 +63,14 @@ class Simulation {
   std::vector<LearnerSlot> learners_;
   struct RelaySlot {
     std::unique_ptr<SimulatedRelay> process;
+    Gate gate_above;
+    Gate gate_below;
     int generation = 0;
     Duration absence{};  ///< how long a drained one stays away
   };
   std::vector<RelaySlot> relays_;
   std::vector<std::unique_ptr<SimulatedWorker>> workers_;
+  std::vector<Gate> gates_;        ///< of worker slots
   std::vector<int> generations_;   ///< of worker slots
   std::vector<bool> stuck_;        ///< worker slots where no roll-out ends
   std::vector<Duration> absence_;  ///< how long a drained worker stays away

@@ -57,6 +57,7 @@ constexpr Case kCases[] = {
     {"varied", "swing_up", R"({"plant": "rk4", "step_s": 5e-3, "variation":
        {"evaluations": 3, "parameter_fraction": 0.1, "start_deviation_rad": 0.1}})",
      1, 1},
+    {"track", "track", R"({"plant": "rk4", "step_s": 5e-3, "duration_s": 1})", 1, 1},
     {"hold", "hold", R"({"plant": "rk4", "step_s": 5e-3, "duration_s": 0.2})", 6, 1},
     {"trajectory", "trajectory",
      R"({"goal": {"inputs": 1, "outputs": [1, -1], "deviations": [0.25, 0.3]}})", 1, 1},

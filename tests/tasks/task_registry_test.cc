@@ -74,7 +74,7 @@ TEST(TaskRegistryTest, NamesTheTasksItKnows) {
   EXPECT_EQ(
       refusal_of("swingup", "{}"),
       "task.name = \"swingup\": must be a task this worker knows: hold, reach, spiral, swing_up, "
-      "synthetic, trajectory");
+      "synthetic, track, trajectory");
 }
 
 TEST(TaskRegistryTest, RefusesSettingsATaskDoesNotAskFor) {
@@ -86,7 +86,7 @@ TEST(TaskRegistryTest, RefusesSettingsATaskDoesNotAskFor) {
 }
 
 TEST(TaskRegistryTest, ResolvedSettingsMakeTheSameTaskAgain) {
-  for (const char* name : {"swing_up", "synthetic", "hold", "spiral", "reach"}) {
+  for (const char* name : {"swing_up", "synthetic", "hold", "spiral", "track", "reach"}) {
     json once, twice;
     (void)registry().make(name, json::object(), once);
     (void)registry().make(name, once, twice);

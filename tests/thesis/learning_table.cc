@@ -16,6 +16,15 @@ LearningRow& row_of(std::vector<LearningRow>& rows, const std::string& condition
   return rows.back();
 }
 
+double near_end(const RunRecord& run) {
+  const std::size_t count = std::min<std::size_t>(5, run.rollouts.size());
+  double sum = 0;
+  for (std::size_t i = run.rollouts.size() - count; i < run.rollouts.size(); ++i) {
+    sum += run.rollouts[i].reward;
+  }
+  return count > 0 ? sum / static_cast<double>(count) : 0;
+}
+
 std::string shown(int rollouts) { return rollouts < 0 ? "-" : std::to_string(rollouts); }
 
 }  // namespace
@@ -37,6 +46,7 @@ std::vector<LearningRow> learning_rows(const std::vector<RunRecord>& runs, doubl
     ++row.runs;
     if (run.start) row.start = run.start->reward();
     row.mean_best += run.best_reward;
+    row.mean_near_end += near_end(run);
     const auto hit =
         std::find_if(run.rollouts.begin(), run.rollouts.end(),
                      [&](const RolloutRecord& rollout) { return rollout.reward >= target; });
@@ -46,6 +56,7 @@ std::vector<LearningRow> learning_rows(const std::vector<RunRecord>& runs, doubl
   }
   for (LearningRow& row : rows) {
     row.mean_best /= row.runs;
+    row.mean_near_end /= row.runs;
     std::sort(row.rollouts.begin(), row.rollouts.end());
   }
   return rows;
@@ -58,12 +69,13 @@ std::string learning_table(const std::vector<LearningRow>& rows, const std::vect
     text += fmt::format(" by {} |", budget);
     rule += "---|";
   }
-  text += " median | p90 | max | mean best |\n" + rule + "---|---|---|---|\n";
+  text += " median | p90 | max | mean best | near end |\n" + rule + "---|---|---|---|---|\n";
   for (const LearningRow& row : rows) {
     text += fmt::format("| {} | {} | {:.3f} |", row.condition, row.runs, row.start);
     for (const int budget : budgets) text += fmt::format(" {:.3f} |", row.share_at(budget));
-    text += fmt::format(" {} | {} | {} | {:.4f} |\n", shown(row.rollouts_for(.5)),
-                        shown(row.rollouts_for(.9)), shown(row.rollouts_for(1)), row.mean_best);
+    text += fmt::format(" {} | {} | {} | {:.4f} | {:.4f} |\n", shown(row.rollouts_for(.5)),
+                        shown(row.rollouts_for(.9)), shown(row.rollouts_for(1)), row.mean_best,
+                        row.mean_near_end);
   }
   return text;
 }

@@ -14,6 +14,7 @@ struct LearningRow {
   double start = 0;           ///< reward of the start policy
   std::vector<int> rollouts;  ///< until the first reward of at least the target, ascending, by run
   double mean_best = 0;
+  double mean_near_end = 0;  ///< of each run's last five rewards
 
   /// Share of the runs that had it within so many roll-outs.
   double share_at(int rollouts) const;

@@ -35,7 +35,7 @@ TEST(LearningTableTest, CountsRolloutsToTheFirstRewardOfTheTarget) {
   EXPECT_EQ(rows[0].rollouts_for(.5), 2);
   EXPECT_EQ(rows[0].rollouts_for(1), -1);
   EXPECT_THAT(learning_table(rows, {2}),
-              HasSubstr("| b | 1 | 0.000 | 0.000 | - | - | - | 0.1000 |"));
+              HasSubstr("| b | 1 | 0.000 | 0.000 | - | - | - | 0.1000 | 0.1000 |"));
 }
 
 TEST(LearningTableTest, EveryKindLearnsTheSwingUpWithoutAKey) {
@@ -44,10 +44,10 @@ TEST(LearningTableTest, EveryKindLearnsTheSwingUpWithoutAKey) {
                               {"study.repetitions=10"}),
                     .99);
   for (const LearningRow& row : rows) {
-    if (row.condition == "correction.power")
-      continue;  // PoWER without a key of its own takes longer
-    EXPECT_EQ(row.share_at(1000), 1) << row.condition;
-    EXPECT_LE(row.rollouts_for(.5), 260) << row.condition;
+    // PoWER takes longer: .92 of 100 seeds have learnt by 1000.
+    const bool is_power = row.condition == "correction.power";
+    EXPECT_GE(row.share_at(1000), is_power ? .6 : 1) << row.condition;
+    EXPECT_LE(row.rollouts_for(.5), is_power ? 700 : 400) << row.condition;
   }
 }
 

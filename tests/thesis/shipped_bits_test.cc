@@ -76,9 +76,11 @@ INSTANTIATE_TEST_SUITE_P(
     Studies, ShippedBitsTest,
     ::testing::Values(
         // clang-format off
+        Promise{"biased_demonstration", "65c6584b1501492a272ead8ade79085f", "4ae364bc8ebef32582f9a796cb902d7b"},
         Promise{"hold", "4389daa6f2c63e1595446bb80aff87ac", "394a7c95f10847c4a82d78b60cd593a2"},
+        Promise{"hold_untuned", "9f3efcef2f41cb978f3a11c80cf1ef86", "1e91734cd34b410491ce8b8862ce5f2c"},
         Promise{"spiral", "b3ebb12a7494138220501d332d49e1c1", "cd913ca11cb876c36da793391acf4d1a"},
-        Promise{"swing_up", "b4fd06af2e6aafccbe618f41643a4ae5", "0e4cc72ce2a31003b5203c3b2f61b393", true},
+        Promise{"swing_up", "01e01b44e57cc8016c899be90e3d59c9", "88cd08e9dd46df59a71657f5a6d7f3d1", true},
         Promise{"swing_up_rules", "b238e460f1863bb64ec69cca2da11ec7", "3afdff4a317c3def67c524e30497e702"},
         Promise{"swing_up_and_hold", "37aaaf9d1ef3a8e8ded78b755ffd6a12", "61243f0831ac6f9a2048d5f01a2f0941"},
         Promise{"thesis_4_1", "000094bce98416a285745577ef054c53", "cbfc347c64d03776c6c3511a7ec47cd2"},
@@ -90,6 +92,8 @@ INSTANTIATE_TEST_SUITE_P(
         Promise{"thesis_4_2_minimum_noise", "0c28fbe3a16076669a4bdad58596ef6f", "1071acdeacdbf94e9def465aa958a26b"},
         Promise{"thesis_4_3", "f7fd6fb9210ad36fefafe2d5c1cf92d8", "75422cbb2de0cb34ef009d3d4a81d803", true},
         Promise{"thesis_frames", "e6656beb762f489fae57223d786e3db3", "f3859a58649dde4c864f17fa16c1fce2"},
+        Promise{"track", "3d87223ce9e87c02fb71ccf9c58c00f7", "ceda84b7581be9c432e94449016f7b63"},
+        Promise{"trajectory_untuned", "1b7f8a3e67970ca3e3ee3372396a1c56", "06cdc6b3ad2d01fc26035219b9426ee0"},
         Promise{"thesis_window", "cb7f7cf34273b2ba9f18ed71d0411f59", "eebed56592c4b9bd87bf74fbf2a1912e"}  // clang-format on
         ),
     [](const auto& info) { return info.param.study; });

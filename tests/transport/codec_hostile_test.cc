@@ -20,10 +20,10 @@ using testing::HasSubstr;
 using Bytes = std::vector<std::byte>;
 
 constexpr std::size_t kFingerprintBytes = 8;
-constexpr std::size_t kMacBytes = 16;
+constexpr std::size_t kSignatureBytes = 8 + 8 + 16;
 
 /// The law for bytes from outside: they are refused, or they are exactly what the message they
-/// decode to encodes to, but for the authentication code. Returns whether they were taken.
+/// decode to encodes to, but for the signature. Returns whether they were taken.
 bool is_taken_faithfully(Channel channel, const Bytes& bytes) {
   const Result<Message> message = decode(channel, bytes);
   if (!message) {
@@ -32,8 +32,8 @@ bool is_taken_faithfully(Channel channel, const Bytes& bytes) {
   }
   Bytes back = encode(*message);
   EXPECT_EQ(back.size(), bytes.size());
-  std::memcpy(back.data() + back.size() - kMacBytes, bytes.data() + bytes.size() - kMacBytes,
-              kMacBytes);
+  std::memcpy(back.data() + back.size() - kSignatureBytes,
+              bytes.data() + bytes.size() - kSignatureBytes, kSignatureBytes);
   EXPECT_EQ(back, bytes);
   return true;
 }
@@ -188,6 +188,9 @@ TEST(CodecHostileTest, EveryCountIsHeldToItsLimit) {
       {"rollout_batch.acknowledgements", Channel::kRolloutBatch,
        Writer(Channel::kRolloutBatch).i64(1).i64(1).i32(0).bytes(),
        protocol::kAcknowledgementsPerBatchMax},
+      {"rollout_batch.word_macs", Channel::kRolloutBatch,
+       Writer(Channel::kRolloutBatch).i64(1).i64(1).i32(0).i32(0).bytes(),
+       protocol::kNamedPerBatchMax},
       {"reward_batch.results", Channel::kRewardBatch,
        Writer(Channel::kRewardBatch).i64(1).i64(1).i64(1).i64(1).i32(1).i64(1).i64(1).bytes(),
        protocol::kResultsPerBatchMax},
@@ -222,7 +225,7 @@ TEST(CodecHostileTest, BadStringsAreRefused) {
     writer.i64(1).i64(1).zeros(16).i8(1).i32(length);
     Bytes bytes = writer.bytes();
     for (const char c : text) bytes.push_back(static_cast<std::byte>(c));
-    bytes.resize(bytes.size() + kMacBytes);
+    bytes.resize(bytes.size() + kSignatureBytes);
     return refused(Channel::kDefinitionReport, bytes);
   };
   using namespace std::string_literals;
@@ -232,7 +235,7 @@ TEST(CodecHostileTest, BadStringsAreRefused) {
   EXPECT_EQ(definition(0, ""), field + "length with its NUL 0 is not within 1..1025");
   EXPECT_EQ(definition(-5, ""), field + "length with its NUL -5 is not within 1..1025");
   EXPECT_EQ(definition(1026, ""), field + "length with its NUL 1026 is not within 1..1025");
-  EXPECT_EQ(definition(100, "abc\0"s), field + "needs 100 bytes and 20 are left");
+  EXPECT_EQ(definition(100, "abc\0"s), field + "needs 100 bytes and 36 are left");
   EXPECT_EQ(definition(3, "abc"), field + "does not end with a NUL");
   EXPECT_EQ(definition(4, "a\0c\0"s), field + "has a NUL within");
   for (const char* text : {"\x80", "\xc0\x80", "\xe2\x82", "\xed\xa0\x80", "\xf4\x90\x80\x80",
@@ -316,7 +319,7 @@ TEST(CodecHostileTest, BadValuesAreRefusedByName) {
 
 TEST(CodecHostileTest, ABooleanIsNoughtOrOne) {
   Bytes bytes = encode(protocol::RunStatus{});
-  bytes[bytes.size() - kMacBytes - 1] = std::byte{2};
+  bytes[bytes.size() - kSignatureBytes - 1] = std::byte{2};
   EXPECT_EQ(refused(Channel::kRunStatus, bytes), "run_status.done: 2 is not within 0..1");
 }
 

@@ -1,7 +1,9 @@
 """A worker written from lcmtypes/PROTOCOL.md alone, for the tests: one process, one evaluation at a
 time. Numbers in brackets are those of the rules there.
 
-    worker.py FILE.py:CLASS LCM_URL [--drop FRACTION]    loses such a share of its messages, both ways
+    worker.py FILE.py:CLASS LCM_URL [--drop FRACTION] [--key-file FILE]
+
+loses such a share of its messages, both ways, and signs what it says.
 """
 
 import argparse
@@ -15,6 +17,7 @@ import struct
 import time
 
 from treeroll.__main__ import load_task
+from treeroll.authentication import UNSIGNED, Authenticator, KeyRing
 from treeroll.lcm_bus import UdpmBus
 from treeroll.lcm_types import MessageError, Types
 from treeroll.policy import Policy
@@ -50,12 +53,15 @@ class Link:
 
 
 class Worker:
-    def __init__(self, task, url, drop):
+    def __init__(self, task, url, drop, key_file):
         self.types = Types()
         self.bus = UdpmBus(url, set(KINDS))
         self.drop = random.Random(os.getpid()).random if drop else None
         self.fraction = drop
         self.id = int.from_bytes(os.urandom(8), "big") >> 1 or 1  # [1]
+        keys = KeyRing(key_file) if key_file else None
+        self.id = keys.worker_id(self.id) if keys else self.id  # [26]
+        self.signer = Authenticator(keys, self.id) if keys else None
         self.program = _Program((task,))
         self.tasks, self.policies, self.thetas = {}, {}, {}
         self.pieces, self.refused, self.links, self.queue = {}, {}, {}, []
@@ -65,7 +71,17 @@ class Worker:
 
     def send(self, kind, **fields):
         if self.drop is None or self.drop() >= self.fraction:
-            self.bus.publish(CHANNELS[kind], self.types.encode(kind, {**fields, "mac": bytes(16)}))
+            data = self.types.encode(kind, {**fields, **UNSIGNED})
+            self.bus.publish(CHANNELS[kind],
+                             self.signer.sign(CHANNELS[kind], data) if self.signer else data)
+
+    def take_bytes(self, channel, data, now):
+        if self.signer and not self.signer.is_signed(channel, data):  # [27]
+            return
+        message = self.types.decode(KINDS[channel], data)
+        if self.signer and not self.signer.admit(channel, data, message):  # [28]
+            return
+        getattr(self, "on_" + KINDS[channel])(message, now)
 
     def has_ended(self, now):  # [24]
         if not self.draining or self.queue:
@@ -79,8 +95,7 @@ class Worker:
             while received is not None:
                 if self.drop is None or self.drop() >= self.fraction:
                     try:
-                        message = self.types.decode(KINDS[received[0]], received[1])
-                        getattr(self, "on_" + KINDS[received[0]])(message, time.monotonic())
+                        self.take_bytes(*received, time.monotonic())
                     except (MessageError, UnicodeDecodeError):
                         pass  # [4]
                 received = self.bus.receive()
@@ -281,8 +296,9 @@ def main():
     parser.add_argument("task")
     parser.add_argument("url")
     parser.add_argument("--drop", type=float, default=0.0)
+    parser.add_argument("--key-file")
     arguments = parser.parse_args()
-    worker = Worker(load_task(arguments.task), arguments.url, arguments.drop)
+    worker = Worker(load_task(arguments.task), arguments.url, arguments.drop, arguments.key_file)
     signal.signal(signal.SIGTERM, lambda *_: setattr(worker, "draining", True))  # [23]
     worker.serve()
 

@@ -77,6 +77,34 @@ TEST(WorkerDefinitionsTest, AsksAtOnceForADefinitionItHasNotAskedFor) {
   EXPECT_THAT(stage.sent<DefinitionRequest>(), SizeIs(2));
 }
 
+/// Anybody can send tasks that take a second each to check.
+TEST(WorkerDefinitionsTest, WhatNoRolloutWaitsForHasAFifthOfAnEvaluatorsTime) {
+  Stage stage;
+  stage.define();
+  std::vector<protocol::RolloutRequest> requests;
+  for (int number = 0; number < 40; ++number) requests.push_back(stage.request(number));
+  stage.ask(requests);
+  stage.definitions_load = false;
+  for (int i = 0; i < 20; ++i) stage.step(task("stranger's task " + std::to_string(i), 666));
+  stage.clear();
+  const TimePoint start = stage.now;
+  bool evaluates = true;
+  while (stage.now < start + 10s) {
+    stage.now += evaluates ? 500ms : 1000ms;
+    const std::size_t num_loads = stage.effects<LoadDefinition>().size();
+    if (evaluates) {
+      stage.finish(0);
+    } else {
+      const DefinitionName name = stage.effects<LoadDefinition>().back().name;
+      stage.step(DefinitionLoaded{0, name, false, "no", {}});
+    }
+    evaluates = stage.effects<LoadDefinition>().size() == num_loads;
+  }
+  EXPECT_LE(stage.effects<LoadDefinition>().size(), 3U);
+  EXPECT_GE(stage.effects<LoadDefinition>().size(), 2U);
+  EXPECT_GE(stage.runs().size(), 14U);
+}
+
 TEST(WorkerDefinitionsTest, DoesNotBelieveAnIdThatIsNotTheContentsHash) {
   Stage stage;
   stage.step(MessageReceived{protocol::definition_piece(kLearner, task_name(), "other", 0)});

@@ -28,6 +28,7 @@ Death cause_of(const ChildEnd& end) {
 }  // namespace
 
 Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
+                                                         std::optional<transport::KeyFile> key_file,
                                                          WorkerSettings settings,
                                                          EvaluatorSettings evaluators) {
   std::unique_ptr<WorkerDaemon> daemon(new WorkerDaemon);
@@ -37,6 +38,7 @@ Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
   options.url = url;
   options.channels = {Channel::kRolloutBatch, Channel::kDefinitionPiece, Channel::kLearnerStatus};
   options.among_programs = true;
+  options.key_file = std::move(key_file);
   options.on_message = [self = daemon.get()](protocol::Message message) {
     if (self->core_) self->post(MessageReceived{std::move(message)});
   };

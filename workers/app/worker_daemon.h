@@ -22,7 +22,9 @@ namespace treeroll::worker {
 class WorkerDaemon {
  public:
   /// Opens the bus. Fails with one line for a person; nothing has been started then.
-  static Result<std::unique_ptr<WorkerDaemon>> open(const std::string& url, WorkerSettings settings,
+  static Result<std::unique_ptr<WorkerDaemon>> open(const std::string& url,
+                                                    std::optional<transport::KeyFile> key_file,
+                                                    WorkerSettings settings,
                                                     EvaluatorSettings evaluators);
   ~WorkerDaemon();
   WorkerDaemon(const WorkerDaemon&) = delete;

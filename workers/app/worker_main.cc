@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "common/base/config_error.h"
 #include "common/base/content_hash.h"
@@ -38,6 +40,7 @@ constexpr int kIdleSecondsMax = 10'000'000;
 struct Options {
   std::string processes;
   std::string lcm_url;
+  std::filesystem::path key_file;
   int exit_when_idle_s = 0;
   bool describe_task = false;
   bool evaluate = false;
@@ -108,13 +111,18 @@ int serve(const Options& options) {
     settings.one_task_at_a_time = true;
   }
   const std::string url = transport::resolve_url(options.lcm_url);
-  auto daemon = WorkerDaemon::open(url, settings, {options.evaluator, options.memory_limit_mb});
+  auto keys = transport::key_file_of("--key-file", options.key_file, transport::Voice::kWorker);
+  if (keys) settings.worker_id = keys->keys().worker_id(settings.worker_id);
+  const std::string trust = transport::trust_in_words(keys);
+  auto daemon = WorkerDaemon::open(url, std::move(keys), settings,
+                                   {options.evaluator, options.memory_limit_mb});
   if (!daemon) {
     spdlog::error("{}", daemon.error().message);
     return kExitBadInput;
   }
   spdlog::info("worker {} with {} evaluators on {}", settings.worker_id, settings.num_evaluators,
                url);
+  spdlog::info("{}", trust);
   const int status = (*daemon)->run();
   spdlog::info("ends with status {}", status);
   return status;
@@ -125,6 +133,9 @@ void describe(CommandLine& line, Options& options) {
            "Evaluator processes; default: one for each processor it may use");
   line.add("--lcm-url", options.lcm_url,
            "Where the learners are; default: LCM_DEFAULT_URL, else LCM's own, this host");
+  line.add("--key-file", options.key_file,
+           "Keys of treeroll-keygen: what is said is signed, what is not signed is refused; a "
+           "worker's or a learner's");
   line.add("--exit-when-idle", options.exit_when_idle_s,
            "Drain and end after so many seconds without a roll-out; default: never")
       .between(1, kIdleSecondsMax);

@@ -76,10 +76,15 @@ Definition* DefinitionShelf::take(const DefinitionName& name, std::string conten
   return definition;
 }
 
-std::optional<DefinitionName> DefinitionShelf::take_unchecked() {
-  while (!to_check_.empty()) {
-    const DefinitionName name = to_check_.front();
-    to_check_.pop_front();
+std::optional<DefinitionName> DefinitionShelf::take_unchecked(
+    const std::set<DefinitionName>* among) {
+  for (auto it = to_check_.begin(); it != to_check_.end();) {
+    const DefinitionName name = *it;
+    if (among != nullptr && !among->contains(name)) {
+      ++it;
+      continue;
+    }
+    it = to_check_.erase(it);
     Definition* definition = cache(name.kind).find(name.id);
     // It may have been evicted meanwhile.
     if (definition == nullptr || definition->state != DefinitionState::kUnchecked) continue;

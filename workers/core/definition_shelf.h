@@ -4,6 +4,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,7 +46,9 @@ class DefinitionShelf {
   }
 
   /// The next one to check; it stays until one of the three below says what has come of that.
-  std::optional<DefinitionName> take_unchecked();
+  /// @param among  null: all
+  std::optional<DefinitionName> take_unchecked(const std::set<DefinitionName>* among = nullptr);
+  bool has_unchecked() const { return !to_check_.empty(); }
   void on_checked(const Turn& turn, const DefinitionLoaded& result);
   /// The evaluator ended by the definition's fault: it is checked again, in the end refused.
   void on_strike(const Turn& turn, const DefinitionName& name, bool timed_out);

@@ -1,5 +1,6 @@
 #include "workers/core/rollout_queue.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <utility>
 
@@ -49,6 +50,11 @@ void RolloutQueue::remove(const RolloutName& name) {
   const auto task = tasks_.find(rollout.request.task_id);
   if (--task->second == 0) tasks_.erase(task);
   held_.erase(name);
+}
+
+bool RolloutQueue::any_ready() const {
+  return std::any_of(ready_.begin(), ready_.end(),
+                     [](const auto& entry) { return !entry.second.empty(); });
 }
 
 std::optional<RolloutName> RolloutQueue::take() {

@@ -58,6 +58,7 @@ class RolloutQueue {
   /// Precondition of both: present.
   void set_state(const RolloutName& name, RolloutState state);
   void remove(const RolloutName& name);
+  bool any_ready() const;
   /// The next ready roll-out, which becomes running.
   std::optional<RolloutName> take();
   /// At most so many of its learner, task and policy that were never to be given alone, in their

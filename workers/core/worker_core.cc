@@ -112,6 +112,7 @@ void WorkerCore::on(const Turn& turn, MessageReceived& event) {
 void WorkerCore::on(const Turn& turn, const EvaluatorEvent& event) {
   const bool had_room = evaluators_.any_living();
   const std::vector<WorkEnd> ends = evaluators_.on(turn, event, definitions_);
+  note_check(turn.now);
   if (!had_room && evaluators_.any_living()) status_due_ = true;
   for (const WorkEnd& end : ends) conclude(turn, end);
   const bool died = std::holds_alternative<EvaluatorDied>(event);
@@ -358,7 +359,7 @@ void WorkerCore::review(const RolloutName& name) {
 
 void WorkerCore::assign_work(const Turn& turn) {
   while (const std::optional<int> idle = evaluators_.idle_evaluator()) {
-    if (const auto definition = definitions_.take_unchecked()) {
+    if (const auto definition = next_check(turn.now)) {
       evaluators_.check(turn, *idle, *definition, definitions_);
     } else if (const auto rollout = queue_.take()) {
       std::vector<RolloutName> names = {*rollout};

@@ -64,6 +64,9 @@ class WorkerCore {
                     protocol::RolloutRequest request);
   void drop(const RolloutName& name);
   void review(const RolloutName& name);
+  bool checks_another() const;
+  void note_check(TimePoint now);
+  std::optional<DefinitionName> next_check(TimePoint now);
   void assign_work(const Turn& turn);
   void conclude(const Turn& turn, const WorkEnd& end);
   void give_up_in_trouble(const Turn& turn);
@@ -98,6 +101,9 @@ class WorkerCore {
   DefinitionShelf definitions_;
   std::unique_ptr<Evaluators> pool_;  ///< of this host; null where others evaluate
   Evaluators& evaluators_;
+  std::optional<DefinitionName> other_check_;  ///< the last one that no roll-out waited for
+  TimePoint other_check_began_;
+  std::optional<TimePoint> other_check_ended_;
   TimePoint last_step_;
   TimePoint heartbeat_at_;
   int num_workers_ = 0;      ///< those of its learners that hear the fewest hear so many

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <span>
 #include <utility>
 #include <vector>
@@ -118,6 +119,40 @@ void WorkerCore::take_theta(const Turn& turn, const protocol::DefinitionPiece& p
     queue_.set_theta(name, *theta);
     review(name);
   }
+}
+
+/// Whether an evaluator is at work on what no roll-out waited for.
+bool WorkerCore::checks_another() const {
+  const Definition* other = other_check_ ? definitions_.find(*other_check_) : nullptr;
+  return other != nullptr && other->state == DefinitionState::kChecking;
+}
+
+/// It may have ended in any way: accepted, refused, or with its evaluator.
+void WorkerCore::note_check(TimePoint now) {
+  if (other_check_ && !other_check_ended_ && !checks_another()) other_check_ended_ = now;
+}
+
+/// What a roll-out waits for is checked at once, and all if no evaluator could do anything else.
+/// The rest, which anybody may have sent and which may take long, has a fifth of one evaluator's
+/// time.
+std::optional<DefinitionName> WorkerCore::next_check(TimePoint now) {
+  if (!definitions_.has_unchecked()) return std::nullopt;
+  if (!queue_.any_ready()) return definitions_.take_unchecked();
+  std::set<DefinitionName> wanted;
+  for (const DefinitionKind kind : {DefinitionKind::kTask, DefinitionKind::kPolicy}) {
+    for (const ContentHash& id : queue_.definitions(kind)) wanted.insert({kind, id});
+  }
+  if (const auto name = definitions_.take_unchecked(&wanted)) return name;
+  constexpr int kPauseOfChecks = 4;  // times as long as they take
+  if (checks_another()) return std::nullopt;
+  if (other_check_ended_) {
+    const Duration pause = kPauseOfChecks * (*other_check_ended_ - other_check_began_);
+    if (now < *other_check_ended_ + pause) return std::nullopt;
+  }
+  other_check_ = definitions_.take_unchecked();
+  other_check_began_ = now;
+  other_check_ended_.reset();
+  return other_check_;
 }
 
 }  // namespace treeroll::worker

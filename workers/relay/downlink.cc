@@ -170,8 +170,8 @@ void Downlink::take(const learner::Turn&, const AcceptedResult& result, int nume
                                                .duration_ns = result.duration_ns.value_or(0)});
 }
 
-bool Downlink::take_facts(const learner::Turn&, const ContentHash& task_id,
-                          const TaskDescription& facts) {
+std::optional<std::string> Downlink::take_facts(const learner::Turn&, const ContentHash& task_id,
+                                                const TaskDescription& facts) {
   undescribed_.erase(task_id);
   // Workers below keep the time, and find out what does not go together.
   constexpr Duration kNever = std::chrono::hours(24 * 100);
@@ -182,7 +182,7 @@ bool Downlink::take_facts(const learner::Turn&, const ContentHash& task_id,
                                       .output_dim = facts.output_dim,
                                       .time_limit = kNever,
                                       .repeatable = facts.repeatable}});
-  return true;
+  return std::nullopt;
 }
 
 }  // namespace treeroll::relay

@@ -82,8 +82,8 @@ class Downlink : private learner::Client {
   std::optional<ContentHash> task_of(protocol::RolloutKey key) const override;
   std::optional<learner::Answer> answer_of(protocol::RolloutKey key) const override;
   void take(const learner::Turn& turn, const AcceptedResult& result, int numeric_class) override;
-  bool take_facts(const learner::Turn& turn, const ContentHash& task_id,
-                  const TaskDescription& facts) override;
+  std::optional<std::string> take_facts(const learner::Turn& turn, const ContentHash& task_id,
+                                        const TaskDescription& facts) override;
   void add_task(const learner::Turn& turn, const ContentHash& id, const std::string& content);
   void look_for_refusals();
   void refuse(const ContentHash& task, std::string reason);

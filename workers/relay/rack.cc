@@ -174,6 +174,8 @@ Downlink* Rack::serve(TimePoint now, LearnerId learner) {
   learner::LearnerSettings settings;
   settings.learner_id = id_below(settings_.relay_id, learner, num_served_++);
   settings.batch_bytes_max = settings_.batch_bytes_max;
+  settings.word_bytes = settings_.word_bytes;
+  settings.is_authenticated = settings_.word_bytes > 0;
   Downlink& served = downlinks_.try_emplace(learner, learner, settings, news_).first->second;
   served.hear_above(now);
   if (draining_) served.drain();

@@ -16,6 +16,7 @@ namespace treeroll::relay {
 struct RackSettings {
   protocol::WorkerId relay_id = 0;  ///< ids below follow from it
   std::size_t batch_bytes_max = 0;  ///< below
+  std::size_t word_bytes = 0;       ///< below: what a batch takes more for each worker it names
   std::size_t num_learners_max = protocol::kLearnersPerWorkerMax;
   Duration learner_silence_max = protocol::kLearnerSilenceMax;
 };

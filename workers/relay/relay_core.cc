@@ -59,7 +59,9 @@ std::optional<protocol::LearnerId> learner_of(const protocol::Message& message) 
 
 RelayCore::RelayCore(RelaySettings settings)
     : settings_(std::move(settings)),
-      rack_({.relay_id = settings_.relay_id, .batch_bytes_max = settings_.batch_bytes_below}) {}
+      rack_({.relay_id = settings_.relay_id,
+             .batch_bytes_max = settings_.batch_bytes_below,
+             .word_bytes = settings_.word_bytes_below}) {}
 
 void RelayCore::step(TimePoint now, const Event& event, Effects& effects) {
   if (exited_) return;

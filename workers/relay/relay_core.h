@@ -23,6 +23,7 @@ struct RelaySettings {
   std::string numeric_class;  ///< that is served; empty: that of the first worker heard
   std::size_t batch_bytes_above = protocol::kBatchBytesLocalMax;
   std::size_t batch_bytes_below = protocol::kBatchBytesLocalMax;
+  std::size_t word_bytes_below = 0;  ///< of a batch, for each worker that it names
 };
 
 /// A relay as a pure state machine: one worker to the learners above, one learner for each of them

@@ -1,9 +1,9 @@
 #include "workers/tasks/feed_forward.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <utility>
 
+#include "common/base/between.h"
 #include "common/base/check.h"
 
 namespace treeroll {
@@ -17,12 +17,9 @@ FeedForward::FeedForward(Controller& controller, std::vector<double> times_s, do
 }
 
 double FeedForward::at(double time_s) const {
-  const auto after = std::lower_bound(times_s_.begin(), times_s_.end(), time_s);
-  if (after == times_s_.end()) return outputs_.back();
-  const auto i = static_cast<std::size_t>(after - times_s_.begin());
-  if (i == 0 || *after == time_s) return outputs_[i];
-  const double share = (time_s - times_s_[i - 1]) / (times_s_[i] - times_s_[i - 1]);
-  return (1 - share) * outputs_[i - 1] + share * outputs_[i];
+  if (times_s_.size() == 1) return outputs_[0];
+  const auto [after, share] = between(times_s_, time_s);
+  return (1 - share) * outputs_[after - 1] + share * outputs_[after];
 }
 
 }  // namespace treeroll

@@ -10,7 +10,7 @@ namespace treeroll {
 /// controller with a state of its own wants it. Between those times it goes straight.
 class FeedForward {
  public:
-  /// @param times_s  ascending, not empty
+  /// @param times_s  each above the one before, not empty
   /// @param max      of its absolute value: more is cut
   FeedForward(Controller& controller, std::vector<double> times_s, double max);
   /// At one of the times, to the bit what the controller gave; before and after them that of the

@@ -1,6 +1,7 @@
 #include "workers/tasks/hold_task.h"
 #include "workers/tasks/swing_up_and_hold_task.h"
 #include "workers/tasks/synthetic_task.h"
+#include "workers/tasks/track_task.h"
 #include "workers/tasks/trajectory_task.h"
 
 namespace treeroll {
@@ -20,6 +21,7 @@ void add_standard_tasks(TaskRegistry& registry) {
   registry.add("spiral", TrajectoryTask::spiral);
   registry.add("swing_up", make_swing_up, kSwingUpStart);
   add_task<SyntheticTask>(registry, "synthetic");
+  add_task<TrackTask>(registry, "track");
   registry.add("trajectory", TrajectoryTask::with_goal);
 }
 

@@ -121,7 +121,7 @@ void add_task(TaskRegistry& registry, const std::string& name) {
   });
 }
 
-/// Registers hold, spiral, swing_up, synthetic and trajectory.
+/// Registers hold, spiral, swing_up, synthetic, track and trajectory.
 void add_standard_tasks(TaskRegistry& registry);
 
 }  // namespace treeroll

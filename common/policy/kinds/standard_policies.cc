@@ -1,6 +1,7 @@
 #include "common/policy/kinds/standard_policies.h"
 
-#include "common/policy/linear/spline_policy.h"
+#include "common/policy/linear/linear_policy.h"
+#include "common/policy/network/network_policy.h"
 #include "common/policy/tree/tree_policy.h"
 
 namespace treeroll {
@@ -10,6 +11,9 @@ PolicyRegistry standard_policies() {
   registry.add("tree", tree_from_content, {});
   registry.add("spline", spline_from_content, {});
   registry.add("correction", correction_from_content, {});
+  registry.add("rbf", rbf_from_content, {});
+  registry.add("dmp", dmp_from_content, {});
+  registry.add("network", network_from_content, {});
   return registry;
 }
 

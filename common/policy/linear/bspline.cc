@@ -47,19 +47,7 @@ int BSpline::values(double input, std::span<double> values) const {
   return span - degree_;
 }
 
-Eigen::MatrixXd BSpline::matrix(std::span<const double> inputs) const {
-  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(inputs.size()), size());
-  std::array<double, kDegreeMax + 1> some{};
-  for (std::size_t n = 0; n < inputs.size(); ++n) {
-    const int first = values(inputs[n], some);
-    for (int i = 0; i <= degree_; ++i) {
-      all(static_cast<Eigen::Index>(n), first + i) = some[at(i)];
-    }
-  }
-  return all;
-}
-
-BSpline BSpline::refined() const { return {degree_, 2 * num_spans() + degree_, low(), high()}; }
+BSpline BSpline::refined() const { return {degree_, refined_size(degree_, size()), low(), high()}; }
 
 Eigen::MatrixXd BSpline::insertion() const {
   std::vector<double> knots = knots_;

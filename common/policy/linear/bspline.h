@@ -1,15 +1,17 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
+#include <utility>
 #include <vector>
+
+#include "common/policy/linear/basis.h"
 
 namespace treeroll {
 
 /// B-splines of one degree over [low, high]: as many functions as coefficients, each the sum of
 /// which is a curve. Clamped: the first and last coefficient are the values at the ends, and beyond
 /// them the curve stays. Inner knots are equally spaced.
-class BSpline {
+class BSpline final : public Basis {
  public:
   static constexpr int kDegreeMax = 7;
 
@@ -17,21 +19,20 @@ class BSpline {
   BSpline(int degree, int size, double low, double high);
 
   int degree() const { return degree_; }
-  int size() const { return static_cast<int>(knots_.size()) - degree_ - 1; }
+  int size() const override { return static_cast<int>(knots_.size()) - degree_ - 1; }
   int num_spans() const { return size() - degree_; }
-  double low() const { return knots_.front(); }
-  double high() const { return knots_.back(); }
+  double low() const override { return knots_.front(); }
+  double high() const override { return knots_.back(); }
+  int num_at_once() const override { return degree_ + 1; }
   const std::vector<double>& knots() const { return knots_; }
 
-  /// Cox and de Boor: the functions that are not 0 at an input, all others are.
-  /// @param values  degree + 1 numbers, sum 1
-  /// @return        index of the first of them
-  int values(double input, std::span<double> values) const;
-  /// All functions at several inputs: inputs x size().
-  Eigen::MatrixXd matrix(std::span<const double> inputs) const;
+  /// Cox and de Boor. The sum is 1.
+  int values(double input, std::span<double> values) const override;
 
   /// The same curves with a knot more in the middle of each span: 2 num_spans() spans.
   BSpline refined() const;
+  /// Its size.
+  static int refined_size(int degree, int size) { return 2 * (size - degree) + degree; }
   /// Coefficients of refined() from those of this: refined().size() x size(), by inserting knot
   /// after knot (Boehm). The curve stays as it is.
   Eigen::MatrixXd insertion() const;

@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
+
+#include "common/base/between.h"
 
 namespace treeroll {
 
@@ -26,11 +27,8 @@ RecordedCurve::RecordedCurve(std::vector<double> inputs, Eigen::MatrixXd outputs
 }
 
 void RecordedCurve::at(double input, std::span<double> into) const {
-  const double x = std::clamp(input, inputs_.front(), inputs_.back());
-  const auto after = std::upper_bound(inputs_.begin() + 1, inputs_.end() - 1, x);
-  const auto n = static_cast<std::size_t>(after - inputs_.begin());
-  const double share = (x - inputs_[n - 1]) / (inputs_[n] - inputs_[n - 1]);
-  const auto column = static_cast<Eigen::Index>(n);
+  const auto [after, share] = between(inputs_, input);
+  const auto column = static_cast<Eigen::Index>(after);
   for (std::size_t o = 0; o < into.size(); ++o) {
     const auto row = static_cast<Eigen::Index>(o);
     into[o] = (1 - share) * outputs_(row, column - 1) + share * outputs_(row, column);

@@ -96,7 +96,7 @@ function show_tables() {
   fill(by_id('reasons'), reason_columns, state.reasons, {empty: 'No roll-out has failed.'});
   fill(by_id('failures'), failure_columns, state.failures, {empty: 'None.', choose: (failure) => show_rollout(failure.run, failure.rollout)});
   set_text(by_id('failures-note'), state.num_failures ? `${counted(state.num_failures)} failures and void trials in all.` : '');
-  const names = {issued: 'drawn', applied: 'learnt from', pending: 'pending', leased: 'with workers', ready: 'ready', reissued: 'issued again', late: 'late', duplicate: 'answered twice', rejected: 'refused answers', conflicting: 'in conflict', failed: 'failed', discarded: 'void trials', unsynced: 'not on disk yet'};
+  const names = {issued: 'drawn', applied: 'learnt from', pending: 'pending', leased: 'with workers', ready: 'ready', reissued: 'issued again', late: 'late', duplicate: 'answered twice', rejected: 'refused answers', unasked: 'answers of strangers', conflicting: 'in conflict', failed: 'failed', discarded: 'void trials', unsynced: 'not on disk yet'};
   fill_list(by_id('ledger'), Object.entries(names).map(([key, name]) => [name, counted(state.ledger[key])]));
   if (state.rates.length > 1) plots.rates.draw(...rates_plot(state.rates));
 }

@@ -67,6 +67,7 @@ void add_ledger(const LedgerCounters& counters, MetricsText& text) {
   counter("answers_late_total", "Answers accepted after their lease.", counters.late);
   counter("answers_duplicate_total", "Answers to what had one.", counters.duplicate);
   counter("answers_rejected_total", "Answers refused.", counters.rejected);
+  counter("answers_unasked_total", "Refused of those who were not asked.", counters.unasked);
   counter("answers_conflicting_total", "Duplicates with another reward.", counters.conflicting);
   text.one("rollouts_pending", "gauge", "Roll-outs drawn and not applied.",
            static_cast<double>(counters.pending));

@@ -42,6 +42,7 @@ json ledger_view(const LedgerCounters& counters, const LearnerCore& core) {
           {"failed", counters.failed},
           {"discarded", counters.discarded},
           {"rejected", counters.rejected},
+          {"unasked", counters.unasked},
           {"reissued", counters.reissued},
           {"conflicting", counters.conflicting},
           {"unsynced", core.workforce().num_unsynced()}};
@@ -49,7 +50,8 @@ json ledger_view(const LedgerCounters& counters, const LearnerCore& core) {
 
 /// What keeps a worker from work, or slows it; empty: nothing.
 std::string trouble_of(const learner::WorkerEntry& worker, TimePoint now) {
-  if (worker.distrusted) return "distrusted: it gave a reward that no sound worker gives";
+  if (worker.distrusted) return "distrusted for a while: it gave a reward that no sound one gives";
+  if (worker.suspicion) return "suspected: it has to say whether a reward was its own";
   if (worker.other_class) return "its numeric class is not the one that the study demands";
   if (worker.hearing.seems_deaf(now)) return "it is heard and does not answer: is UDP blocked?";
   if (!worker.refused.empty()) return "it refuses: " + worker.refused.begin()->second.reason;

@@ -53,7 +53,7 @@ TEST(TreeJsonTest, SaysWhatAndWhereIsWrongWithATextFromOutside) {
       {"$.format must be", [](json& p) { p["format"] = "other"; }},
       {"$.format must be", [](json& p) { p = json::array(); }},
       {"$.version must be 1", [](json& p) { p["version"] = 2; }},
-      {"$.kind must be one of: correction, spline, tree",
+      {"$.kind must be one of: correction, dmp, network, rbf, spline, tree",
        [](json& p) { p["kind"] = "polynomial"; }},
       {"$.kind must be a string", [](json& p) { p["kind"] = 1; }},
       {"$.extra is an unknown key", [](json& p) { p["extra"] = 0; }},

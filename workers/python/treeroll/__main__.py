@@ -32,13 +32,18 @@ def load_task(place: str) -> type:
 def write_whole(file: Path, text: str) -> None:
     """Whoever reads it meanwhile, a robot say, finds the text before or this one, whole."""
     part = file.with_name(file.name + ".part")
-    part.write_text(text)
+    part.unlink(missing_ok=True)  # one left over; a link that lies there is not written through
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+    with os.fdopen(os.open(part, flags, 0o644), "w") as whole:
+        whole.write(text)
     os.replace(part, file)
 
 
 def watch(arguments: argparse.Namespace) -> None:
     """A line each time a run's best policy has become better."""
-    with Watcher(arguments.study, arguments.lcm_url) as watcher:
+    with Watcher(arguments.study, arguments.lcm_url, arguments.key_file) as watcher:
+        if not watcher.verified:
+            print("unverified: anybody on the network may have said this (--key-file)", file=sys.stderr)
         shown: dict = {}
         written = None
         for _ in watcher.updates(arguments.timeout_s):
@@ -86,6 +91,7 @@ def main() -> None:
     follow = commands.add_parser("watch", help="say what the best policies are, until the study ends")
     follow.add_argument("--study", help="name of the study [the first that is heard]")
     follow.add_argument("--lcm-url", help="[LCM_DEFAULT_URL, else LCM's own]")
+    follow.add_argument("--key-file", help="of treeroll-keygen: only what a learner has signed")
     follow.add_argument("--output", type=Path, help="keep the best policy of all in this file")
     follow.add_argument("--timeout-s", type=float, default=60.0, help="give up after such a silence")
     follow.set_defaults(work=watch)

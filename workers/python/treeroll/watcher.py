@@ -7,6 +7,7 @@ import hashlib
 import time
 from typing import Any, Iterator, Optional
 
+from .authentication import Authenticator, KeyRing
 from .lcm_bus import UdpmBus
 from .lcm_types import MessageError, Types
 from .policy import Policy
@@ -45,9 +46,13 @@ class Watcher:
 
     :param study: its name; None: the first that is heard
     :param lcm_url: a udpm URL; None: LCM_DEFAULT_URL, else LCM's own, this host
+    :param key_file: of ``treeroll-keygen``: only what a learner has signed is taken. Without one
+        anybody on the network may have said what is heard: ``verified`` is False then.
     """
 
-    def __init__(self, study: Optional[str] = None, lcm_url: Optional[str] = None):
+    def __init__(self, study: Optional[str] = None, lcm_url: Optional[str] = None,
+                 key_file: Optional[str] = None):
+        self._authenticator = Authenticator(KeyRing(key_file)) if key_file else None
         self._study = study
         self._types = Types()
         self._learner: Optional[int] = None
@@ -77,10 +82,24 @@ class Watcher:
             if received is None:
                 return False
             try:
-                if self._take(received[0], self._types.decode(_KINDS[received[0]], received[1])):
+                if self._take_bytes(*received):
                     return True
             except (MessageError, UnicodeDecodeError):
                 pass  # of another version, or nobody's
+
+    @property
+    def verified(self) -> bool:
+        """Whether what is heard is signed with a key of ours."""
+        return self._authenticator is not None
+
+    def _take_bytes(self, channel: str, data: bytes) -> bool:
+        signed = self._authenticator
+        if signed and not signed.is_signed(channel, data):
+            return False
+        message = self._types.decode(_KINDS[channel], data)
+        if signed and not signed.admit(channel, data, message):
+            return False
+        return self._take(channel, message)
 
     def updates(self, silence_s: float) -> Iterator[None]:
         """After each message, until nothing has come for so long."""

@@ -1,7 +1,10 @@
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <utility>
 
 #include "common/base/config_error.h"
 #include "common/program/host_name.h"
@@ -18,6 +21,8 @@ struct Options {
   std::string above;
   std::string below;
   std::string numeric_class;
+  std::filesystem::path key_file;
+  std::filesystem::path key_file_below;
 };
 
 void describe_relay(CommandLine& line, Options& options) {
@@ -28,10 +33,24 @@ void describe_relay(CommandLine& line, Options& options) {
   line.add("--numeric-class", options.numeric_class,
            "Serve workers of this class alone; default: that of the first one heard. A relay mixes "
            "no classes");
+  line.add(
+      "--key-file", options.key_file,
+      "Keys of treeroll-keygen: what is said is signed, what is not signed is refused. Above a "
+      "worker's is enough");
+  line.add("--key-file-below", options.key_file_below,
+           "The same below, where a learner's key is needed; default: that of --key-file");
   line.end_help_with(
       "To the learners it is one worker with as many evaluators as all workers below have.\n"
       "Exit status: 0 drained; 2 bad input; 1 anything else, also a second SIGTERM, SIGINT or "
       "SIGHUP.");
+}
+
+RelayKeys keys_of(const Options& options) {
+  const bool is_one = options.key_file_below.empty();
+  return {transport::key_file_of("--key-file", options.key_file, transport::Voice::kWorker),
+          transport::key_file_of(is_one ? "--key-file (--key-file-below)" : "--key-file-below",
+                                 is_one ? options.key_file : options.key_file_below,
+                                 transport::Voice::kLearner)};
 }
 
 int serve(const Options& options) {
@@ -50,13 +69,19 @@ int serve(const Options& options) {
   settings.version = program_version();
   settings.numeric_class = options.numeric_class;
   const std::string above = transport::resolve_url(options.above);
-  auto daemon = RelayDaemon::open(above, options.below, settings);
+  RelayKeys keys = keys_of(options);
+  if (keys.above) settings.relay_id = keys.above->keys().worker_id(settings.relay_id);
+  const std::string trust =
+      fmt::format("above: {}; below: {}", transport::trust_in_words(keys.above),
+                  transport::trust_in_words(keys.below));
+  auto daemon = RelayDaemon::open(above, options.below, settings, std::move(keys));
   if (!daemon) {
     spdlog::error("{}", daemon.error().message);
     return kExitBadInput;
   }
   spdlog::info("relay {} between the learners on {} and the workers on {}", settings.relay_id,
                above, options.below);
+  spdlog::info("{}", trust);
   const int status = (*daemon)->run();
   spdlog::info("ends with status {}", status);
   return status;

@@ -27,7 +27,7 @@ Result<bool> are_one(const std::string& above, const std::string& below) {
 
 Result<std::unique_ptr<RelayDaemon>> RelayDaemon::open(const std::string& url_above,
                                                        const std::string& url_below,
-                                                       RelaySettings settings) {
+                                                       RelaySettings settings, RelayKeys keys) {
   const Result<bool> one = are_one(url_above, url_below);
   if (!one) return one.error();
   if (*one) {
@@ -43,6 +43,7 @@ Result<std::unique_ptr<RelayDaemon>> RelayDaemon::open(const std::string& url_ab
   options.url = url_above;
   options.channels = {Channel::kRolloutBatch, Channel::kDefinitionPiece, Channel::kLearnerStatus};
   options.among_programs = true;
+  options.key_file = std::move(keys.above);
   options.on_message = [self](const protocol::Message& message) {
     self->receive(MessageFromAbove{message});
   };
@@ -51,6 +52,7 @@ Result<std::unique_ptr<RelayDaemon>> RelayDaemon::open(const std::string& url_ab
   self->above_ = *std::move(above);
 
   options.url = url_below;
+  options.key_file = std::move(keys.below);
   options.channels = {Channel::kRewardBatch, Channel::kWorkerStatus, Channel::kDefinitionRequest,
                       Channel::kDefinitionReport};
   options.on_message = [self](const protocol::Message& message) {
@@ -62,6 +64,7 @@ Result<std::unique_ptr<RelayDaemon>> RelayDaemon::open(const std::string& url_ab
 
   settings.batch_bytes_above = self->above_->batch_bytes_max();
   settings.batch_bytes_below = self->below_->batch_bytes_max();
+  settings.word_bytes_below = self->below_->word_bytes();
   self->core_.emplace(std::move(settings));
   return daemon;
 }

@@ -15,6 +15,12 @@
 
 namespace treeroll::relay {
 
+/// Of both sides; nothing: nothing is signed there.
+struct RelayKeys {
+  std::optional<transport::KeyFile> above;
+  std::optional<transport::KeyFile> below;
+};
+
 /// Carries a relay core's effects out and its events in: two buses, the clock, the signals and the
 /// log. One thread, the loop's.
 class RelayDaemon {
@@ -22,7 +28,7 @@ class RelayDaemon {
   /// Opens both buses. Fails with one line for a person; nothing has been sent then.
   static Result<std::unique_ptr<RelayDaemon>> open(const std::string& url_above,
                                                    const std::string& url_below,
-                                                   RelaySettings settings);
+                                                   RelaySettings settings, RelayKeys keys);
   RelayDaemon(const RelayDaemon&) = delete;
   RelayDaemon& operator=(const RelayDaemon&) = delete;
 

@@ -1,4 +1,4 @@
-#include "common/policy/linear/spline_policy.h"
+#include "common/policy/linear/linear_policy.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,6 +7,8 @@
 #include <stdexcept>
 
 #include "common/policy/kinds/standard_policies.h"
+#include "common/policy/linear/basis_form.h"
+#include "common/policy/linear/spline_form.h"
 #include "tests/mixture/random_mixture.h"
 
 namespace treeroll {
@@ -24,16 +26,27 @@ RecordedCurvePtr recording() {
   return std::make_shared<RecordedCurve>(std::vector<double>{0, 1, 2.2}, outputs);
 }
 
-std::vector<std::shared_ptr<const SplinePolicy>> examples() {
+using LinearPolicyPtr = std::shared_ptr<const LinearPolicy>;
+
+LinearFormPtr spline_form(const RecordedCurvePtr& recorded) {
+  return std::make_shared<SplineForm>(ladder_4_5_7(), recorded);
+}
+
+/// Splines and corrections at three layers each, then the kinds of one layer: 7 coefficients.
+std::vector<LinearPolicyPtr> examples() {
   test::RandomMixture random(8);
-  std::vector<std::shared_ptr<const SplinePolicy>> all;
-  for (const RecordedCurvePtr& recorded : {RecordedCurvePtr(), recording()}) {
-    for (int layer = 1; layer <= 3; ++layer) {
+  std::vector<LinearPolicyPtr> all;
+  const auto add = [&](const LinearFormPtr& form) {
+    for (int layer = 1; layer <= form->num_layers(); ++layer) {
       Eigen::MatrixXd coefficients(2, 7);
       coefficients << random.vector(7).transpose(), random.vector(7).transpose();
-      all.push_back(std::make_shared<SplinePolicy>(ladder_4_5_7(), recorded, coefficients, layer));
+      all.push_back(std::make_shared<LinearPolicy>(form, coefficients, layer));
     }
-  }
+  };
+  add(spline_form(nullptr));
+  add(spline_form(recording()));
+  add(std::make_shared<RadialForm>(RadialBasis(7, 0, 2.2)));
+  add(std::make_shared<PrimitiveForm>(MovementPrimitive(6, 0, 2.2), std::vector<double>{2, -1}));
   return all;
 }
 
@@ -53,7 +66,7 @@ double difference(const Policy& a, const Policy& b) {
   return most;
 }
 
-TEST(SplinePolicyTest, RoundTripsThroughItsTextToTheBit) {
+TEST(LinearPolicyTest, RoundTripsThroughItsTextToTheBit) {
   const PolicyRegistry policies = standard_policies();
   for (const auto& policy : examples()) {
     const std::string text = to_json(*policy);
@@ -65,19 +78,19 @@ TEST(SplinePolicyTest, RoundTripsThroughItsTextToTheBit) {
   }
 }
 
-TEST(SplinePolicyTest, ThetaIsWhatItWasMadeWith) {
+TEST(LinearPolicyTest, ThetaIsWhatItWasMadeWith) {
   test::RandomMixture random(9);
   for (const auto& policy : examples()) {
     const Eigen::VectorXd theta = random.vector(policy->theta_dim());
     EXPECT_LT((policy->with(theta)->theta() - theta).cwiseAbs().maxCoeff(), 1e-13);
     EXPECT_LT(difference(*policy->with(policy->theta()), *policy), 1e-13);
-    for (int layer = 1; layer <= 3; ++layer) {
+    for (int layer = 1; layer <= policy->num_layers(); ++layer) {
       EXPECT_EQ(difference(*policy->at_layer(layer), *policy), 0);
     }
   }
 }
 
-TEST(SplinePolicyTest, TheNextLayerActsAsTheOneBefore) {
+TEST(LinearPolicyTest, TheNextLayerActsAsTheOneBefore) {
   test::RandomMixture random(10);
   for (const auto& policy : examples()) {
     if (policy->layer() == policy->num_layers()) continue;
@@ -90,7 +103,7 @@ TEST(SplinePolicyTest, TheNextLayerActsAsTheOneBefore) {
   }
 }
 
-TEST(SplinePolicyTest, IsLinearInTheta) {
+TEST(LinearPolicyTest, IsLinearInTheta) {
   test::RandomMixture random(11);
   for (const auto& policy : examples()) {
     const Eigen::VectorXd a = random.vector(policy->theta_dim());
@@ -104,24 +117,51 @@ TEST(SplinePolicyTest, IsLinearInTheta) {
   }
 }
 
-TEST(SplinePolicyTest, ACorrectionOfNothingIsItsRecording) {
-  const SplinePolicy policy(ladder_4_5_7(), recording(), Eigen::MatrixXd::Zero(2, 7), 1);
+TEST(LinearPolicyTest, ACorrectionOfNothingIsItsRecording) {
+  const LinearPolicy policy(spline_form(recording()), Eigen::MatrixXd::Zero(2, 7), 1);
   EXPECT_EQ(act(policy, 0), Eigen::Vector2d(1, -1));
   EXPECT_EQ(act(policy, .5), Eigen::Vector2d(2, -.5));
   EXPECT_EQ(act(policy, -4), Eigen::Vector2d(1, -1));
   EXPECT_EQ(act(policy, 9), Eigen::Vector2d(2, 5));
 }
 
-TEST(SplinePolicyTest, EveryThetaThatItTakesGivesFiniteOutputs) {
-  const auto policy = examples()[0];
-  const Eigen::VectorXd large = Eigen::VectorXd::Constant(policy->theta_dim(), 1e40);
-  EXPECT_TRUE(act(*policy->with(large), 1e300).allFinite());
-  EXPECT_TRUE(act(*policy->with(large), -1e300).allFinite());
-  EXPECT_THROW((void)policy->with(1e20 * large), std::invalid_argument);
-  EXPECT_THROW((void)policy->with(1e268 * large), std::invalid_argument);
+TEST(LinearPolicyTest, EveryThetaThatItTakesGivesFiniteOutputs) {
+  for (const auto& policy : examples()) {
+    const Eigen::VectorXd large = Eigen::VectorXd::Constant(policy->theta_dim(), 1e40);
+    EXPECT_TRUE(act(*policy->with(large), 1e300).allFinite()) << policy->kind();
+    EXPECT_TRUE(act(*policy->with(large), -1e300).allFinite()) << policy->kind();
+    EXPECT_THROW((void)policy->with(1e20 * large), std::invalid_argument);
+    EXPECT_THROW((void)policy->with(1e268 * large), std::invalid_argument);
+  }
 }
 
-TEST(SplinePolicyTest, RefusesTextsThatAreNoPolicyWithTheirPlace) {
+TEST(LinearPolicyTest, ItsEffectIsThatOfItsTheta) {
+  for (const auto& policy : examples()) {
+    const PolicyEffect effect = policy->effect();
+    const Eigen::VectorXd step = Eigen::VectorXd::LinSpaced(policy->theta_dim(), -1, 2);
+    const PolicyEffect moved = policy->with(policy->theta() + step)->effect();
+    const Eigen::VectorXd expected = effect.derivative * step;
+    const Eigen::VectorXd difference = (moved.outputs - effect.outputs).transpose().reshaped();
+    EXPECT_LT((difference - expected).cwiseAbs().maxCoeff(), 1e-12) << policy->kind();
+  }
+}
+
+TEST(LinearPolicyTest, AMovementPrimitiveBeginsWhereItIsToldAndEndsAtItsGoal) {
+  const LinearFormPtr form =
+      std::make_shared<PrimitiveForm>(MovementPrimitive(6, 1, 3.2), std::vector<double>{2, -1});
+  test::RandomMixture random(12);
+  Eigen::MatrixXd coefficients(2, 7);
+  coefficients << random.vector(7).transpose(), random.vector(7).transpose();
+  coefficients.col(6) = Eigen::Vector2d(5, -7);
+  const LinearPolicy policy(form, coefficients, 1);
+  EXPECT_EQ(act(policy, 1), Eigen::Vector2d(2, -1));
+  EXPECT_EQ(act(policy, -3), Eigen::Vector2d(2, -1));
+  EXPECT_EQ(act(policy, 9), act(policy, 3.2));
+  coefficients.leftCols(6).setZero();
+  EXPECT_LT((act(LinearPolicy(form, coefficients, 1), 3.2) - Eigen::Vector2d(5, -7)).norm(), 1e-3);
+}
+
+TEST(LinearPolicyTest, RefusesTextsThatAreNoPolicyWithTheirPlace) {
   const PolicyRegistry policies = standard_policies();
   const nlohmann::json spline = nlohmann::json::parse(to_json(*examples()[0]));
   const nlohmann::json correction = nlohmann::json::parse(to_json(*examples()[3]));
@@ -140,13 +180,25 @@ TEST(SplinePolicyTest, RefusesTextsThatAreNoPolicyWithTheirPlace) {
   EXPECT_THAT(refusal(spline, "/coefficients/0/3", 1e60), HasSubstr("past"));
   EXPECT_THAT(refusal(spline, "/coefficients/0/3", "x"), HasSubstr("$.coefficients[0][3]"));
   EXPECT_THAT(refusal(spline, "/inputs", {0, 1}), HasSubstr("$"));
+  const nlohmann::json radial = nlohmann::json::parse(to_json(*examples()[6]));
+  const nlohmann::json primitive = nlohmann::json::parse(to_json(*examples()[7]));
+  EXPECT_THAT(refusal(radial, "/range", {1, 1}), HasSubstr("$.range"));
+  EXPECT_THAT(refusal(radial, "/layer", 2), HasSubstr("$.layer"));
+  EXPECT_THAT(refusal(radial, "/coefficients", {{1}}), HasSubstr("$.coefficients[0]"));
+  EXPECT_THAT(refusal(radial, "/coefficients/1", {1, 2}), HasSubstr("$.coefficients[1]"));
+  EXPECT_THAT(refusal(radial, "/degree", 3), HasSubstr("$"));
+  EXPECT_THAT(refusal(primitive, "/starts", {1}), HasSubstr("$.coefficients"));
+  EXPECT_THAT(refusal(primitive, "/starts/1", "x"), HasSubstr("$.starts[1]"));
+  EXPECT_THAT(refusal(primitive, "/coefficients", {{1, 2}, {1, 2}}),
+              HasSubstr("$.coefficients[0]"));
+  EXPECT_THAT(refusal(primitive, "/range", {1e16, 1e16 + 4}), HasSubstr("$.range"));
   EXPECT_THAT(refusal(correction, "/inputs", {0, 1, 1}), HasSubstr("$.inputs"));
   EXPECT_THAT(refusal(correction, "/outputs", {{1, 2}, {1, 2}}), HasSubstr("$.outputs[0]"));
   EXPECT_THAT(refusal(correction, "/coefficients", {{1, 2, 3, 4, 5, 6, 7}}),
               HasSubstr("$.coefficients"));
 }
 
-TEST(SplinePolicyTest, ItsPictureHasEveryLayerOverItsRange) {
+TEST(LinearPolicyTest, ItsPictureHasEveryLayerOverItsRange) {
   const PolicySketch sketch = examples()[0]->sketch();
   ASSERT_EQ(sketch.layers.size(), 3U);
   EXPECT_EQ(sketch.input_low, 0);

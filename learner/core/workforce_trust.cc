@@ -1,0 +1,154 @@
+// Whom to believe where nobody signs: what a worker says twice, and what most of them say.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "common/base/task_agreement.h"
+#include "learner/core/workforce.h"
+
+namespace treeroll::learner {
+namespace {
+
+/// Of the first distrust; each further one lasts twice as long.
+constexpr Duration kDistrustLasts = std::chrono::seconds(60);
+constexpr int kDistrustDoublingsMax = 6;
+
+constexpr const char* kRangeKind = "rewards out of range";
+
+}  // namespace
+
+/// A reward that no sound worker gives has come in this one's name. Anybody could have said it: the
+/// worker's next word tells whether it was its own. Until then it gets nothing, and nothing has
+/// been read: an answer of its own may come under this index.
+bool Workforce::suspect(const Turn& turn, WorkerEntry& worker,
+                        const protocol::RolloutResult& result, std::int64_t index,
+                        const TaskDescription& facts) {
+  if (worker.suspicion) return false;
+  ++ledger_.counters.rejected;
+  worker.suspicion = {index, result.key};
+  turn.write(
+      {LogLine::Level::kError, kRangeKind,
+       fmt::format("{} gave reward {} outside the task's range {} to {}: it gets no work "
+                   "until it has said whether that was its own",
+                   describe(worker), result.outcome.reward(), facts.reward_min, facts.reward_max)});
+  return false;
+}
+
+/// Its own it is if it has given an answer of this index and does not work on the roll-out.
+void Workforce::settle_suspicion(const Turn& turn, WorkerEntry& worker,
+                                 const protocol::HeldRollouts& held) {
+  if (!worker.suspicion) return;
+  const WorkerEntry::Suspicion suspicion = *worker.suspicion;
+  const bool holds = std::ranges::find(held.keys, suspicion.key) != held.keys.end();
+  const bool tells = held.first <= suspicion.key && suspicion.key <= held.last;
+  if (!holds && !tells) return;  // another message does
+  worker.suspicion.reset();
+  if (holds || held.last_index < suspicion.index) {
+    ++ledger_.counters.unasked;
+    turn.warn("strangers",
+              fmt::format("{} has not given the reward out of range: somebody spoke in its name; "
+                          "keys keep strangers out (--key-file)",
+                          describe(worker)));
+    return;
+  }
+  const Duration lasts =
+      kDistrustLasts * (1 << std::min(worker.num_distrusts++, kDistrustDoublingsMax));
+  // So it has been read. It is not to be kept: asked again the worker would repeat it.
+  worker.results_read.note(suspicion.index, suspicion.index);
+  if (num_unsynced_ == 0) worker.last_index_settled = worker.results_read.last_without_gap();
+  acknowledge(worker.id, turn.now);
+  worker.distrusted = true;
+  worker.trusted_again = turn.now + lasts;
+  turn.write({LogLine::Level::kError, kRangeKind,
+              fmt::format("{} stands by its reward out of range: it gets no work for {:.0f} s",
+                          describe(worker), to_seconds(lasts))});
+  ledger_.take_back_all(worker.id);
+}
+
+/// Who works with a definition has not refused it: somebody did in its name.
+void Workforce::forget_false_refusals(const Turn& turn, WorkerEntry& worker,
+                                      const protocol::HeldRollouts& held) {
+  if (worker.refused.empty()) return;
+  for (const protocol::RolloutKey key : held.keys) {
+    const Ledger::Entry* open = ledger_.find(key);
+    if (!open || !open->was_asked(worker.id)) continue;
+    const std::size_t num_false = worker.refused.erase(open->question.task_id) +
+                                  worker.refused.erase(open->question.policy_id);
+    if (num_false == 0) continue;
+    ++ledger_.counters.unasked;
+    turn.warn("strangers",
+              fmt::format("{} works with what it is said to refuse: somebody spoke in its name; "
+                          "keys keep strangers out (--key-file)",
+                          describe(worker)));
+  }
+}
+
+void Workforce::take_description(const Turn& turn, WorkerEntry& worker, const ContentHash& task,
+                                 const TaskDescription& facts) {
+  const TaskDescription* known = facts_of(task);
+  const auto of_task = descriptions_.find(task);
+  const bool is_known_beforehand = known && of_task == descriptions_.end();
+  const bool has_answers = task_times_s_.contains(task);
+  if (!is_known_beforehand && !has_answers) {
+    auto& said = descriptions_[task];
+    const std::string text = to_json(facts).dump();
+    for (auto& [other, workers] : said) workers.erase(worker.id);
+    std::erase_if(said, [](const auto& entry) { return entry.second.empty(); });
+    if (said.size() < protocol::kDescriptionsMax || said.contains(text)) {
+      said[text].insert(worker.id);
+      elect_description(turn, task);
+    }
+    known = facts_of(task);
+  }
+  if (!known) return;  // none can be used: said
+  const std::optional<std::string> difference = disagreement(*known, facts);
+  difference ? refuse(turn, worker, task, *difference) : void(worker.refused.erase(task));
+}
+
+/// What most workers say a task is; who was first where as many say otherwise.
+void Workforce::elect_description(const Turn& turn, const ContentHash& task) {
+  const TaskDescription* now = facts_of(task);
+  const std::string current = now ? to_json(*now).dump() : "";
+  auto& said = descriptions_[task];
+  const auto votes = [&](const std::string& text) {
+    const auto found = said.find(text);
+    return found == said.end() ? std::size_t{0} : found->second.size();
+  };
+  std::string chosen = current;
+  for (const auto& [text, workers] : said) {
+    if (workers.size() > votes(chosen)) chosen = text;
+  }
+  if (chosen == current) return;
+  const TaskDescription facts = *task_description_from_json(chosen);
+  if (const std::optional<std::string> why = client_.take_facts(turn, task, facts)) {
+    for (const protocol::WorkerId id : said[chosen]) {
+      if (WorkerEntry* worker = workers_.find(id)) refuse(turn, *worker, task, *why);
+    }
+    said.erase(chosen);
+    return elect_description(turn, task);
+  }
+  if (now) {
+    turn.warn("descriptions of tasks",
+              fmt::format("most workers describe a task otherwise than the first one did: {}",
+                          disagreement(*now, facts).value_or("")));
+  }
+  facts_[task] = facts;
+  for (const auto& [text, workers] : said) {
+    for (const protocol::WorkerId id : workers) {
+      WorkerEntry* worker = workers_.find(id);
+      if (!worker) continue;
+      const auto difference = disagreement(facts, *task_description_from_json(text));
+      difference ? refuse(turn, *worker, task, *difference) : void(worker->refused.erase(task));
+    }
+  }
+}
+
+void Workforce::forget_descriptions_of(protocol::WorkerId worker) {
+  for (auto& [task, said] : descriptions_) {
+    for (auto& [text, workers] : said) workers.erase(worker);
+    std::erase_if(said, [](const auto& entry) { return entry.second.empty(); });
+  }
+}
+
+}  // namespace treeroll::learner

@@ -1,0 +1,304 @@
+// What anybody on the network may say where nobody has keys, and what comes of it: nothing.
+#include <gmock/gmock.h>
+
+#include <optional>
+#include <string>
+
+#include "tests/learner_core/cluster.h"
+
+namespace treeroll::learner {
+namespace {
+
+using std::chrono::hours;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::Contains;
+using ::testing::Field;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr protocol::WorkerId kStranger = 666;
+
+std::vector<std::vector<double>> all_rewards(const LearnerCore& core) {
+  std::vector<std::vector<double>> rewards;
+  for (const RunRecord& run : core.run_records()) {
+    rewards.emplace_back();
+    for (const RolloutRecord& rollout : run.rollouts) rewards.back().push_back(rollout.reward);
+  }
+  return rewards;
+}
+
+struct Calm {
+  std::vector<std::vector<double>> rewards;
+  TimePoint end;
+};
+
+/// The same with nobody but workers 1 .. n.
+Calm calm(const Study& study, int num_workers) {
+  Cluster cluster(study);
+  for (int id = 1; id <= num_workers; ++id) cluster.add_worker(id);
+  cluster.start();
+  cluster.run(seconds(1000));
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  return {all_rewards(*cluster.core), cluster.now};
+}
+
+auto says(const char* part) { return Contains(Field(&LogLine::text, HasSubstr(part))); }
+
+/// The last batch with roll-outs, once.
+class Ear {
+ public:
+  explicit Ear(const Cluster& cluster) : cluster_(cluster) {}
+
+  const protocol::RolloutBatch* next() {
+    for (; at_ < cluster_.sent.size(); ++at_) {
+      const auto* batch = std::get_if<protocol::RolloutBatch>(&cluster_.sent[at_]);
+      if (batch == nullptr || batch->rollouts.empty()) continue;
+      ++at_;
+      return batch;
+    }
+    return nullptr;
+  }
+
+ private:
+  const Cluster& cluster_;
+  std::size_t at_ = 0;
+};
+
+protocol::RewardBatch answer_to(const protocol::RolloutRequest& request, protocol::WorkerId from,
+                                double reward, std::int64_t index = 1) {
+  protocol::RewardBatch batch;
+  batch.worker_id = from;
+  batch.learner_id = Cluster::kLearner;
+  batch.first_index = index;
+  batch.last_batch = 1;
+  batch.results = {{request.key, request.attempt, request.content, Outcome::ok(reward), 1}};
+  return batch;
+}
+
+TEST(StrangersTest, WhoAnswersFirstAndWasNotAskedGivesNoReward) {
+  const Study study = small_study(20, 2);
+  Cluster cluster(study);
+  cluster.add_worker(1);
+  cluster.add_worker(2);
+  cluster.start();
+  Ear ear(cluster);
+  std::int64_t index = 0;
+  cluster.run(seconds(100), [&] {
+    while (const protocol::RolloutBatch* batch = ear.next()) {
+      const protocol::RolloutRequest request = batch->rollouts.front();
+      cluster.give(answer_to(request, kStranger, 1, ++index));
+    }
+  });
+  const Calm expected = calm(study, 2);
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(all_rewards(*cluster.core), expected.rewards);
+  EXPECT_EQ(cluster.now, expected.end);
+  EXPECT_EQ(cluster.core->counters().unasked, index);
+  EXPECT_GT(index, 0);
+  EXPECT_THAT(cluster.log, says("answers what it was not asked"));
+}
+
+TEST(StrangersTest, AWorkerIsBelievedOnlyWhatItWasAsked) {
+  const Study study = small_study(20, 2);
+  Cluster cluster(study);
+  cluster.add_worker(1);
+  cluster.add_worker(2);
+  cluster.start();
+  Ear ear(cluster);
+  std::int64_t index = 1000;
+  cluster.run(seconds(100), [&] {
+    while (const protocol::RolloutBatch* batch = ear.next()) {
+      const protocol::RolloutRequest request = batch->rollouts.front();
+      if (request.worker_id == 1) cluster.give(answer_to(request, 2, 1, ++index));
+    }
+  });
+  EXPECT_EQ(all_rewards(*cluster.core), calm(study, 2).rewards);
+  EXPECT_EQ(cluster.core->counters().unasked, index - 1000);
+  EXPECT_GT(index, 1000);
+}
+
+TEST(StrangersTest, ARewardOutOfRangeInAWorkersNameCostsItNoTrust) {
+  const Study study = small_study(20, 1);
+  Cluster cluster(study);
+  cluster.add_worker(1);
+  cluster.start();
+  Ear ear(cluster);
+  bool has_spoken = false;
+  cluster.run(seconds(100), [&] {
+    const protocol::RolloutBatch* batch = ear.next();
+    if (batch == nullptr || has_spoken || cluster.core->counters().applied < 3) return;
+    has_spoken = true;
+    const protocol::RolloutRequest request = batch->rollouts.front();
+    cluster.give(answer_to(request, 1, 1e9, 1'000'000));
+  });
+  ASSERT_TRUE(has_spoken);
+  const Calm expected = calm(study, 1);
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(all_rewards(*cluster.core), expected.rewards);
+  EXPECT_LE(to_seconds(cluster.now - TimePoint{}),
+            1.5 * to_seconds(expected.end - TimePoint{}) + .2);
+  EXPECT_THAT(cluster.log, says("somebody spoke in its name"));
+  EXPECT_THAT(cluster.log, Not(says("stands by its reward")));
+}
+
+TEST(StrangersTest, WhoStandsByARewardOutOfRangeIsTrustedAgainAfterAWhile) {
+  Cluster cluster(small_study(20, 1));
+  FakeWorker& worker = cluster.add_worker(1);
+  worker.reward_factor = 100;
+  cluster.start();
+  cluster.run(seconds(30));
+  EXPECT_THAT(cluster.log, says("stands by its reward out of range: it gets no work for 60 s"));
+  EXPECT_LE(worker.num_evaluated, 2) << "of the two that it had";
+  EXPECT_EQ(cluster.core->counters().applied, 0);
+  worker.reward_factor = 1;
+  cluster.run(seconds(200));
+  EXPECT_THAT(cluster.log, says("is trusted again"));
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+}
+
+/// Says that it holds whatever it is given, and never answers.
+void add_greedy(Cluster& cluster, protocol::WorkerId id) {
+  cluster.add_worker(id, hours(1000)).num_evaluators = protocol::kEvaluatorsPerWorkerMax;
+}
+
+TEST(StrangersTest, AMadeUpWorkerOfAThousandEvaluatorsDoesNotStarveAStudy) {
+  for (const int num_greedy : {1, 3}) {
+    const Study study = small_study(60, 20, 4);
+    Cluster cluster(study);
+    for (int i = 0; i < num_greedy; ++i) add_greedy(cluster, kStranger + i);
+    for (int id = 1; id <= 4; ++id) cluster.add_worker(id);
+    cluster.start();
+    cluster.run(seconds(1000));
+    const Calm expected = calm(study, 4);
+    ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone) << num_greedy;
+    EXPECT_EQ(all_rewards(*cluster.core), expected.rewards);
+    // While no duration is known ten seconds are late, and forty where two hold it.
+    EXPECT_LE(to_seconds(cluster.now - TimePoint{}),
+              1.5 * to_seconds(expected.end - TimePoint{}) + 45)
+        << num_greedy;
+  }
+}
+
+TEST(StrangersTest, AWorkersRoomGrowsWithItsAnswers) {
+  WorkerEntry worker;
+  worker.num_evaluators = 1024;
+  EXPECT_EQ(worker.evaluators_shown(), protocol::kEvaluatorsUnshownMax);
+  worker.num_accepted = 3;
+  EXPECT_EQ(worker.evaluators_shown(), 4 * protocol::kEvaluatorsUnshownMax);
+  worker.num_accepted = 1000;
+  EXPECT_EQ(worker.evaluators_shown(), 1024);
+  worker.num_accepted = 0;
+  worker.is_known = true;
+  EXPECT_EQ(worker.evaluators_shown(), 1024);
+  WorkerEntry small;
+  small.num_evaluators = 8;
+  EXPECT_EQ(small.evaluators_shown(), 8);
+}
+
+std::string description(int input_dim, double reward_max) {
+  return to_json(TaskDescription{input_dim, 1, 0, reward_max, 10, true, true}).dump();
+}
+
+TEST(StrangersTest, OneDescriptionThatDoesNotFitEndsNoStudy) {
+  Cluster cluster(small_study(10, 1), /*knows_task=*/false);
+  cluster.add_worker(kStranger).description = description(9, 1);
+  cluster.start();
+  cluster.run(seconds(20));
+  std::string waiting;
+  for (const protocol::Message& message : cluster.sent) {
+    const auto* status = std::get_if<protocol::LearnerStatus>(&message);
+    if (status != nullptr) waiting = status->waiting_for;
+  }
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kRunning);
+  EXPECT_THAT(waiting, HasSubstr("the task takes 9 inputs"));
+  EXPECT_THAT(cluster.log, says("the task takes 9 inputs"));
+  cluster.add_worker(1);
+  cluster.run(seconds(100));
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(all_rewards(*cluster.core), calm(small_study(10, 1), 1).rewards);
+}
+
+TEST(StrangersTest, NobodyDescribesATaskWhoHasNotAnsweredAGreeting) {
+  Cluster cluster(small_study(10, 1), /*knows_task=*/false);
+  cluster.start();
+  const ContentHash task = content_hash(R"({"name":"bump","settings":{}})");
+  cluster.give(
+      protocol::DefinitionReport{kStranger, Cluster::kLearner, task, true, description(1, 1e9)});
+  EXPECT_EQ(cluster.core->workforce().facts_of(task), nullptr);
+}
+
+TEST(StrangersTest, MostWorkersDecideWhatATaskIsUntilItIsAnswered) {
+  Cluster cluster(small_study(10, 1), /*knows_task=*/false);
+  const ContentHash task = content_hash(R"({"name":"bump","settings":{}})");
+  FakeWorker& first = cluster.add_worker(kStranger, hours(1));
+  first.description = description(1, 1e9);
+  cluster.start();
+  cluster.run(milliseconds(500));
+  ASSERT_NE(cluster.core->workforce().facts_of(task), nullptr);
+  EXPECT_EQ(cluster.core->workforce().facts_of(task)->reward_max, 1e9);
+  cluster.add_worker(1);
+  cluster.add_worker(2);
+  cluster.run(seconds(100));
+  EXPECT_EQ(cluster.core->workforce().facts_of(task)->reward_max, 1);
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_THAT(cluster.log, says("most workers describe a task otherwise"));
+}
+
+TEST(StrangersTest, ATaskIsDescribedInSoManyWaysAndNoMore) {
+  Cluster cluster(small_study(10, 1), /*knows_task=*/false);
+  const ContentHash task = content_hash(R"({"name":"bump","settings":{}})");
+  const int most = static_cast<int>(protocol::kDescriptionsMax);
+  // Strangers who describe it each in a way of his own; then two who agree in one more.
+  for (int i = 0; i < most; ++i) {
+    cluster.add_worker(kStranger + i, hours(1)).description = description(1, 2 + i);
+  }
+  cluster.start();
+  cluster.run(seconds(2));
+  for (int i = most; i < most + 2; ++i) {
+    cluster.add_worker(kStranger + i, hours(1)).description = description(1, 2 + most);
+  }
+  cluster.run(seconds(2));
+  ASSERT_NE(cluster.core->workforce().facts_of(task), nullptr);
+  EXPECT_LT(cluster.core->workforce().facts_of(task)->reward_max, 2 + most);
+}
+
+TEST(StrangersTest, ARefusalInAWorkersNameIsForgottenWhenItWorksOnIt) {
+  Cluster cluster(small_study(20, 1));
+  cluster.add_worker(1, milliseconds(150));  // a status comes while it evaluates
+  cluster.start();
+  bool has_spoken = false;
+  cluster.run(seconds(100), [&] {
+    if (has_spoken || cluster.core->counters().applied < 2) return;
+    has_spoken = true;
+    const ContentHash task = content_hash(R"({"name":"bump","settings":{}})");
+    cluster.give(protocol::DefinitionReport{1, Cluster::kLearner, task, false, "no"});
+  });
+  ASSERT_TRUE(has_spoken);
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_LT(cluster.now, TimePoint(seconds(30)));  // a refusal lasts a minute
+  EXPECT_THAT(cluster.log, says("works with what it is said to refuse"));
+}
+
+TEST(StrangersTest, ThousandsOfMadeUpWorkersKeepNobodyOut) {
+  Cluster cluster(small_study(20, 1));
+  cluster.start();
+  const auto make_up = [&](protocol::WorkerId id) {
+    cluster.hear(FakeWorker(id, milliseconds(1)).status(Cluster::kLearner));
+  };
+  protocol::WorkerId next = 10'000;
+  for (std::size_t i = 0; i < protocol::kWorkersMax; ++i) make_up(next++);
+  cluster.add_worker(1);
+  TimePoint next_flood{};
+  cluster.run(seconds(60), [&] {
+    if (cluster.now < next_flood) return;
+    next_flood = cluster.now + milliseconds(10);
+    for (int i = 0; i < 200; ++i) make_up(next++);
+    cluster.sent.clear();
+  });
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_LT(cluster.now, TimePoint(seconds(20)));
+}
+
+}  // namespace
+}  // namespace treeroll::learner

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "tests/simulation/dice.h"
+#include "tests/simulation/gate.h"
+#include "tests/simulation/node.h"
+#include "tests/simulation/scenario.h"
+
+namespace treeroll::simulation {
+
+/// Somebody on the network who hears everything and says what he likes: plays back, alters, makes
+/// things up; with no key, with a key of his own, or with that of a worker of the cluster.
+class Stranger {
+ public:
+  Stranger(std::uint64_t seed, bool has_keys);
+
+  /// What he says to who gets this message.
+  Node::MessagePointer answer(const Node::MessagePointer& heard);
+
+ private:
+  protocol::Message altered(const protocol::Message& heard);
+  Node::MessagePointer flipped(const Datagram& heard);
+
+  Dice dice_;
+  bool has_keys_;
+  Gate insider_;
+  std::vector<Node::MessagePointer> recording_;
+};
+
+}  // namespace treeroll::simulation

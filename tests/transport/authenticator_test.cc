@@ -1,0 +1,393 @@
+#include "common/transport/authenticator.h"
+
+#include <gmock/gmock.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/protocol/wire_sizes.h"
+#include "common/transport/codec.h"
+#include "tests/transport/message_maker.h"
+
+namespace treeroll::transport {
+namespace {
+
+using protocol::Message;
+using testing::HasSubstr;
+
+constexpr std::int64_t kLearner = 77;
+/// Of hosts 1 and 2: their names begin as the ids of their keys do.
+constexpr std::int64_t kHost = std::int64_t{1} << 40U;
+constexpr std::int64_t kWorker = kHost + 5;
+constexpr std::int64_t kOther = 2 * kHost + 6;
+
+Key learner_key(unsigned char first = 1) {
+  Key key{};
+  for (std::size_t i = 0; i < key.size(); ++i) key.at(i) = static_cast<unsigned char>(first + i);
+  return key;
+}
+
+KeyRing ring(const std::string& lines) {
+  auto keys = KeyRing::parse(lines);
+  EXPECT_TRUE(keys) << keys.error().message;
+  return *std::move(keys);
+}
+KeyRing learner_ring(unsigned char first = 1) { return ring(line_of(learner_key(first))); }
+KeyRing worker_ring(std::int64_t host, unsigned char first = 1) {
+  return ring(line_of(worker_key(learner_key(first), host * kHost)));
+}
+
+struct Signed {
+  Channel channel{};
+  std::vector<std::byte> bytes;
+};
+
+/// A process: signs, and says what it makes of what it hears.
+struct Side {
+  explicit Side(KeyRing keys, bool only_watches = false)
+      : authenticator(std::move(keys), only_watches) {}
+
+  Signed say(const Message& message) {
+    Signed datagram{channel_of(message), encode(message)};
+    authenticator.sign(message, datagram.bytes);
+    EXPECT_EQ(refusal(datagram.channel, datagram.bytes), std::nullopt);
+    return datagram;
+  }
+
+  std::string hear(const Signed& datagram) {
+    if (auto why = authenticator.refusal(datagram.channel, datagram.bytes)) return *why;
+    const auto message = decode(datagram.channel, datagram.bytes);
+    if (!message) return "no message";
+    switch (authenticator.admit(*message, datagram.bytes)) {
+      case Authenticator::Admission::kTaken:
+        return "taken";
+      case Authenticator::Admission::kUnproven:
+        return "unproven";
+      case Authenticator::Admission::kReplayed:
+        return "replayed";
+      case Authenticator::Admission::kForged:
+        return "forged";
+    }
+    return "";
+  }
+
+  Authenticator authenticator;
+};
+
+protocol::WorkerStatus status_of(std::int64_t worker) {
+  protocol::WorkerStatus status;
+  status.worker_id = worker;
+  return status;
+}
+
+/// Names them in a word to each.
+protocol::RolloutBatch batch_to(const std::vector<std::int64_t>& workers,
+                                std::int64_t learner = kLearner) {
+  protocol::RolloutBatch batch;
+  batch.learner_id = learner;
+  for (const std::int64_t worker : workers) batch.acknowledgements.push_back({worker, 0, 0});
+  return batch;
+}
+
+protocol::RolloutBatch lease_to(std::int64_t worker) {
+  protocol::RolloutBatch batch = batch_to({});
+  batch.rollouts.resize(1);
+  batch.rollouts[0].worker_id = worker;
+  batch.rollouts[0].theta = {1, 2, 3};
+  return batch;
+}
+
+protocol::RewardBatch answer(std::int64_t worker, std::int64_t learner = kLearner) {
+  protocol::RewardBatch batch;
+  batch.worker_id = worker;
+  batch.learner_id = learner;
+  return batch;
+}
+
+protocol::DefinitionPiece piece() {
+  protocol::DefinitionPiece piece;
+  piece.learner_id = kLearner;
+  return piece;
+}
+
+protocol::LearnerStatus learner_status() {
+  protocol::LearnerStatus status;
+  status.learner_id = kLearner;
+  return status;
+}
+
+/// A learner and a worker that have met.
+struct MetPair {
+  Side learner{learner_ring()};
+  Side worker{worker_ring(1)};
+
+  MetPair() {
+    EXPECT_EQ(learner.hear(worker.say(status_of(kWorker))), "taken");
+    EXPECT_EQ(worker.hear(learner.say(batch_to({kWorker}))), "taken");
+  }
+};
+
+TEST(AuthenticatorTest, EverySingleBitFlipIsRefused) {
+  MessageMaker maker(3);
+  for (const Channel channel : kAllChannels) {
+    Side learner(learner_ring());
+    for (int i = 0; i < 4; ++i) {
+      const Signed whole = learner.say(maker.make(channel));
+      Side reader(learner_ring());
+      ASSERT_EQ(reader.authenticator.refusal(channel, whole.bytes), std::nullopt);
+      Signed flipped = whole;
+      for (std::size_t bit = 0; bit < 8 * whole.bytes.size(); ++bit) {
+        const auto mask = static_cast<std::byte>(1U << (bit % 8));
+        flipped.bytes[bit / 8] ^= mask;
+        ASSERT_NE(reader.authenticator.refusal(channel, flipped.bytes), std::nullopt)
+            << channel_name(channel) << " bit " << bit;
+        flipped.bytes[bit / 8] ^= mask;
+      }
+      for (std::size_t size = 0; size < whole.bytes.size(); ++size) {
+        flipped.bytes.assign(whole.bytes.begin(),
+                             whole.bytes.begin() + static_cast<std::ptrdiff_t>(size));
+        ASSERT_NE(reader.authenticator.refusal(channel, flipped.bytes), std::nullopt) << size;
+      }
+    }
+  }
+}
+
+TEST(AuthenticatorTest, WhatIsSignedIsReadAsWhatItWas) {
+  MessageMaker maker(4);
+  Side side(learner_ring());
+  for (int i = 0; i < 200; ++i) {
+    for (const Channel channel : kAllChannels) {
+      const Message message = maker.make(channel);
+      const Signed datagram = side.say(message);
+      const auto read = decode(channel, datagram.bytes);
+      ASSERT_TRUE(read);
+      EXPECT_EQ(*read, message);
+    }
+  }
+}
+
+TEST(AuthenticatorTest, TheChannelIsPartOfWhatIsSigned) {
+  Side learner(learner_ring());
+  Signed datagram = learner.say(learner_status());
+  datagram.channel = Channel::kRunStatus;
+  EXPECT_THAT(Side(learner_ring()).hear(datagram), HasSubstr("not what it was signed as"));
+}
+
+TEST(AuthenticatorTest, WhoSignsNothingIsRefusedByName) {
+  const auto unsigned_of = [](const Message& message) {
+    return Signed{channel_of(message), encode(message)};
+  };
+  EXPECT_THAT(Side(learner_ring()).hear(unsigned_of(status_of(kWorker))),
+              HasSubstr("worker 1099511627781 signs nothing: it runs without --key-file"));
+  EXPECT_THAT(Side(worker_ring(1)).hear(unsigned_of(learner_status())),
+              HasSubstr("learner 77 signs nothing"));
+}
+
+TEST(AuthenticatorTest, WhoHasAnotherKeyIsRefused) {
+  Side stranger(learner_ring(9));
+  EXPECT_THAT(Side(learner_ring()).hear(stranger.say(status_of(kWorker))),
+              HasSubstr("does not follow from ours"));
+  EXPECT_THAT(Side(worker_ring(1)).hear(stranger.say(learner_status())),
+              HasSubstr("not in our key file"));
+}
+
+TEST(AuthenticatorTest, AMessageIsTakenOnceInAnyOrder) {
+  MetPair pair;
+  std::vector<Signed> sent;
+  for (int i = 0; i < 10; ++i) sent.push_back(pair.learner.say(learner_status()));
+  for (const int i : {3, 0, 9, 1}) {
+    EXPECT_EQ(pair.worker.hear(sent[static_cast<std::size_t>(i)]), "taken");
+  }
+  for (const int i : {3, 0, 9, 1}) {
+    EXPECT_EQ(pair.worker.hear(sent[static_cast<std::size_t>(i)]), "replayed");
+  }
+}
+
+TEST(AuthenticatorTest, WhatIsOvertakenByTooManyCountsAsLost) {
+  ReplayWindow window(10);
+  EXPECT_FALSE(window.take(9));
+  EXPECT_TRUE(window.take(10));
+  EXPECT_TRUE(window.take(12 + ReplayWindow::kSize));
+  EXPECT_FALSE(window.take(11));
+  EXPECT_TRUE(window.take(13));
+  EXPECT_FALSE(window.take(13));
+  EXPECT_TRUE(window.take(5 * ReplayWindow::kSize));
+  EXPECT_TRUE(window.take(5 * ReplayWindow::kSize - 12));
+}
+
+TEST(AuthenticatorTest, ALearnerThatHasNotNamedUsProvesNothing) {
+  Side learner(learner_ring());
+  Side worker(worker_ring(1));
+  const Signed status = worker.say(status_of(kWorker));
+  EXPECT_EQ(worker.hear(learner.say(learner_status())), "taken");  // it is answered with a status
+  EXPECT_EQ(worker.hear(learner.say(piece())), "unproven");
+  EXPECT_EQ(worker.hear(learner.say(batch_to({kOther}))), "unproven");
+  EXPECT_EQ(learner.hear(status), "taken");
+  EXPECT_EQ(worker.hear(learner.say(batch_to({kWorker}))), "taken");
+  EXPECT_EQ(worker.hear(learner.say(piece())), "taken");
+}
+
+TEST(AuthenticatorTest, WhatCameBeforeTheProofIsNotTakenAfterIt) {
+  Side learner(learner_ring());
+  Side worker(worker_ring(1));
+  const Signed before = learner.say(piece());
+  learner.hear(worker.say(status_of(kWorker)));
+  EXPECT_EQ(worker.hear(learner.say(batch_to({kWorker}))), "taken");
+  EXPECT_EQ(worker.hear(before), "replayed");
+}
+
+/// A recording of a whole session is played to those who come after it.
+TEST(AuthenticatorTest, ARecordingOfAnOlderSessionIsWorthNothing) {
+  MetPair pair;
+  protocol::WorkerStatus held = status_of(kWorker);
+  held.held.push_back({.learner_id = kLearner, .last_batch = 1, .keys = {}});
+  const std::vector<Signed> of_worker = {pair.worker.say(held), pair.worker.say(answer(kWorker))};
+  const std::vector<Signed> of_learner = {pair.learner.say(lease_to(kWorker)),
+                                          pair.learner.say(piece())};
+
+  Side next_learner(learner_ring());
+  next_learner.say(batch_to({}, kLearner + 1));
+  EXPECT_EQ(next_learner.hear(of_worker[0]), "taken");  // is greeted, and answers nothing
+  EXPECT_EQ(next_learner.hear(of_worker[1]), "unproven");
+  Side next_worker(worker_ring(1));
+  next_worker.say(status_of(kWorker + 100));
+  for (const Signed& datagram : of_learner) EXPECT_EQ(next_worker.hear(datagram), "unproven");
+}
+
+TEST(AuthenticatorTest, AWorkersKeySpeaksForNoOtherWorker) {
+  MetPair pair;
+  Side insider(worker_ring(2));
+  EXPECT_THAT(pair.learner.hear(insider.say(answer(kWorker))),
+              HasSubstr("another worker's key speaks in the name"));
+  EXPECT_EQ(pair.learner.hear(insider.say(answer(kOther))), "taken");
+}
+
+/// Who holds a worker's key knows the key of announcements, but not that of another worker.
+TEST(AuthenticatorTest, AWorkersKeyLeasesNothing) {
+  MetPair pair;
+  // It has heard nobody: its batch is signed with the announcement key alone.
+  Side insider(learner_ring());
+  EXPECT_EQ(pair.worker.hear(insider.say(lease_to(kWorker))), "forged");
+  EXPECT_EQ(pair.worker.hear(insider.say(batch_to({kWorker, kOther}))), "forged");
+  EXPECT_EQ(pair.worker.hear(pair.learner.say(lease_to(kWorker))), "taken");
+}
+
+TEST(AuthenticatorTest, ABatchIsSignedForEachWorkerThatItNames) {
+  Side learner(learner_ring());
+  Side one(worker_ring(1));
+  Side other(worker_ring(2));
+  learner.hear(one.say(status_of(kWorker)));
+  learner.hear(other.say(status_of(kOther)));
+  protocol::RolloutBatch batch = lease_to(kOther);
+  batch.acknowledgements = {{kOther, 1, 1}, {kWorker, 2, 2}, {kWorker + 50, 3, 3}};
+  const std::size_t unsigned_size = encode(batch).size();
+  const Signed datagram = learner.say(batch);
+  EXPECT_EQ(datagram.bytes.size(), unsigned_size + 3 * protocol::kWordMacBytes);
+  EXPECT_EQ(one.hear(datagram), "taken");
+  EXPECT_EQ(other.hear(datagram), "taken");
+}
+
+TEST(AuthenticatorTest, ALearnersKeyServesAWorkerToo) {
+  Side learner(learner_ring());
+  Side worker(learner_ring());
+  EXPECT_EQ(learner.hear(worker.say(status_of(kWorker))), "taken");
+  EXPECT_EQ(worker.hear(learner.say(lease_to(kWorker))), "taken");
+  EXPECT_EQ(learner.hear(worker.say(answer(kWorker))), "taken");
+}
+
+/// The order that deploy/doc/security.md gives, one process at a time: nothing is ever refused.
+TEST(AuthenticatorTest, KeysChangeWithoutAStop) {
+  const std::string old_key = line_of(learner_key(1));
+  const std::string new_key = line_of(learner_key(2));
+  const std::string old_worker = line_of(worker_key(learner_key(1), kHost));
+  const std::string new_worker = line_of(worker_key(learner_key(2), kHost));
+  Side learner(ring(old_key));
+  Side worker(ring(old_worker));
+  learner.hear(worker.say(status_of(kWorker)));
+  const auto talk = [&] {
+    EXPECT_EQ(worker.hear(learner.say(lease_to(kWorker))), "taken");
+    EXPECT_EQ(worker.hear(learner.say(piece())), "taken");
+    EXPECT_EQ(learner.hear(worker.say(answer(kWorker))), "taken");
+    EXPECT_EQ(learner.hear(worker.say(status_of(kWorker))), "taken");
+    EXPECT_EQ(worker.hear(learner.say(lease_to(kWorker))), "taken");
+  };
+  talk();
+  learner.authenticator.set_keys(ring(old_key + "\n" + new_key));
+  EXPECT_EQ(learner.hear(worker.say(status_of(kWorker))), "taken");
+  talk();
+  worker.authenticator.set_keys(ring(new_worker + "\n" + old_worker));
+  EXPECT_EQ(learner.hear(worker.say(status_of(kWorker))), "taken");
+  talk();
+  learner.authenticator.set_keys(ring(new_key));
+  EXPECT_EQ(learner.hear(worker.say(status_of(kWorker))), "taken");
+  talk();
+  worker.authenticator.set_keys(ring(new_worker));
+  talk();
+}
+
+TEST(AuthenticatorTest, WhoOnlyWatchesTakesWhatIsSignedOnce) {
+  Side learner(learner_ring());
+  Side watcher(learner_ring(), true);
+  protocol::RunStatus run;
+  run.learner_id = kLearner;
+  const Signed datagram = learner.say(run);
+  EXPECT_EQ(watcher.hear(datagram), "taken");
+  EXPECT_EQ(watcher.hear(datagram), "replayed");
+  EXPECT_THAT(watcher.hear({Channel::kRunStatus, encode(run)}), HasSubstr("signs nothing"));
+}
+
+std::string hex_of(const std::vector<std::byte>& bytes) {
+  std::string text;
+  for (const std::byte byte : bytes) {
+    for (const unsigned digit :
+         {std::to_integer<unsigned>(byte) >> 4U, std::to_integer<unsigned>(byte) & 15U}) {
+      text += "0123456789abcdef"[digit];
+    }
+  }
+  return text;
+}
+
+/// The vectors of lcmtypes/PROTOCOL.md, which the Python package is held to as well.
+TEST(AuthenticatorTest, SignsAsTheProtocolSays) {
+  Key key{};
+  for (std::size_t i = 0; i < key.size(); ++i) key.at(i) = static_cast<unsigned char>(i);
+  const WorkerKey worker = worker_key(key, 0x1122334455667788);
+  EXPECT_EQ(line_of(worker),
+            "worker 1122334455667788 "
+            "29187c57d1e5070f0ada7416ca271d3170972fd931d3fc71066411becdbae1dd "
+            "485f7831cd64e8beaffde06d35c684825da2f0ae3a6b36e7091b9387f05f59f5");
+  Side learner(ring(line_of(key)));
+  Side host(ring(line_of(worker)));
+  protocol::DefinitionRequest request;
+  constexpr std::int64_t kOfHost = 0x1122330000000005;
+  request.worker_id = kOfHost;
+  request.learner_id = kLearner;
+  const Signed asked = host.say(request);
+  EXPECT_EQ(hex_of(asked.bytes),
+            "a24763953d124f111122330000000005000000000000004d000000001122334455667788000000000000"
+            "000105e717c8c56a7af5ae68f0d0a90cbfbb");
+  EXPECT_EQ(learner.authenticator.refusal(asked.channel, asked.bytes), std::nullopt);
+  protocol::RolloutBatch batch = batch_to({kOfHost});
+  batch.sequence = 1;
+  const Signed greeting = learner.say(batch);
+  EXPECT_EQ(hex_of(greeting.bytes),
+            "2c15d9f22cac70e3000000000000004d0000000000000001000000000000000111223300000000050000"
+            "00000000000000000000000000000000000116b71174e78dc7b1201976b38331c2337ef24e3a707c1bcf"
+            "0000000000000001142a2e4b67169af0136f643c7e08132b");
+}
+
+TEST(AuthenticatorTest, FloodsOfMadeUpSendersAreBoundedAndCostTheKnownNothing) {
+  MetPair pair;
+  EXPECT_EQ(pair.learner.hear(pair.worker.say(answer(kWorker))), "taken");
+  Side crowd(worker_ring(2));
+  for (std::int64_t i = 0; i < 20'000; ++i) {
+    ASSERT_EQ(pair.learner.hear(crowd.say(status_of(kOther + 1000 + i))), "taken");
+  }
+  Side insider(worker_ring(2));
+  EXPECT_THAT(pair.learner.hear(insider.say(answer(kWorker))),
+              HasSubstr("another worker's key speaks in the name"));
+}
+
+}  // namespace
+}  // namespace treeroll::transport
