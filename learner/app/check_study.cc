@@ -9,10 +9,12 @@
 #include <optional>
 #include <utility>
 
+#include "common/base/config_error.h"
 #include "common/program/processor_share.h"
 #include "common/program/program.h"
 #include "common/program/standard_output.h"
 #include "common/protocol/limits.h"
+#include "learner/results/state_directory.h"
 #include "learner/study/study_file.h"
 #include "learner/worker_program/task_survey.h"
 #include "learner/worker_program/worker_evaluation.h"
@@ -179,6 +181,16 @@ void print_condition(const Condition& condition, const Forecast& one, const std:
   fmt::print("\n");
 }
 
+/// What the learner would say of it.
+std::string trouble_with(const std::filesystem::path& directory) {
+  try {
+    check_state_directory(directory);
+    return "";
+  } catch (const ConfigError& error) {
+    return ": " + error.rule();
+  }
+}
+
 void print_text(const LoadedStudy& loaded, const StudyForecast& whole,
                 const LearnerOptions& options) {
   const Study& study = loaded.study;
@@ -200,9 +212,7 @@ void print_text(const LoadedStudy& loaded, const StudyForecast& whole,
                duration_text(std::chrono::duration<double>(*study.stop_after).count()));
   }
   const auto directory = results_directory(options, study.name);
-  fmt::print(
-      "results    {}{}\n", directory.string(),
-      std::filesystem::exists(directory) ? ": exists already, --state-dir is to name another" : "");
+  fmt::print("results    {}{}\n", directory.string(), trouble_with(directory));
   const std::vector<std::string> defaults = defaults_of(loaded);
   for (std::size_t i = 0; i < defaults.size(); ++i) {
     fmt::print("{}  {}\n", i == 0 ? "by default" : "          ", defaults[i]);

@@ -159,6 +159,22 @@ TEST(NewStudyTest, LeavesWhatIsThereAndSaysWhatIsWrong) {
   EXPECT_FALSE(fs::exists(in(service, "other.toml")));
 }
 
+TEST(NewStudyTest, TablesAndProgramsOfOnesOwnGoIntoTheFileAsTheNextStepNeedsThem) {
+  const Service service;
+  const std::string program = (service.directory() / "it's mine").string();
+  fs::copy_file(executable("treeroll-worker"), program);
+  const std::string file = in(service, "mine.toml");
+  const Said said =
+      service.run("treeroll-learner", {"--new", file, "--task", "swing_up", "--worker-program",
+                                       program, "--set", "task.parameters={gravity=9.0}"});
+  ASSERT_EQ(said.status, 0) << said.errors;
+  EXPECT_THAT(said.output, HasSubstr("it'\\''s mine' --check"));
+  EXPECT_THAT(read_file(file),
+              AllOf(HasSubstr("it'\\''s mine' --check"), HasSubstr("\nparameters.gravity = 9.0")));
+  const Said checked = service.run("treeroll-learner", {file, "--check"});
+  EXPECT_EQ(checked.status, 0) << checked.errors;
+}
+
 TEST(CheckTest, SaysWhatTheStudyWouldDoAndBeginsNothing) {
   const Service service;
   const fs::path study = service.study(text_of(SwingUpStudy{.repetitions = 1, .rollouts = 40}));
@@ -172,6 +188,15 @@ TEST(CheckTest, SaysWhatTheStudyWouldDoAndBeginsNothing) {
                                  HasSubstr("start    reward 0."), HasSubstr("with 2 evaluators"),
                                  HasSubstr("task.time_limit_s = 10.0")));
   EXPECT_FALSE(fs::exists(in(service, "state")));
+  const auto results = [&] {
+    const std::string output = service.run("treeroll-learner", check).output;
+    const auto at = output.find("results    ");
+    return output.substr(at, output.find('\n', at) - at);
+  };
+  fs::create_directory(in(service, "state"));
+  EXPECT_THAT(results(), Not(HasSubstr("must be new or empty")));
+  write_file(in(service, "state") + "/mine", "mine");
+  EXPECT_THAT(results(), HasSubstr("must be new or empty"));
   std::vector<std::string> as_json = check;
   as_json.push_back("--json");
   const json answer = json::parse(service.run("treeroll-learner", as_json).output);

@@ -66,6 +66,12 @@ class LogTest(ProgramTest):
         self.assertEqual(len(list(reader.messages())), 1)
         self.assertEqual(reader.unknown, {"A": 2})
 
+    def test_however_many_channels_there_are_few_are_counted_one_by_one(self):
+        reader = Reader(self.log(*(event(i, f"C{i}", b"12345678") for i in range(300))))
+        self.assertEqual(list(reader.messages()), [])
+        self.assertEqual(len(reader.unknown), 101)
+        self.assertEqual(reader.unknown["other channels"], 200)
+
     def test_damage_is_told_with_its_place_after_what_is_whole(self):
         whole = event(0, "A", key(1, 2))
         for rest, words in ((b"\0" * 40, f"damaged, at byte {len(whole)}"),
