@@ -95,7 +95,7 @@ void print_curve(const std::string& condition, Shown& shown, const std::vector<d
   std::vector<double> outputs(output_dim);
   const std::unique_ptr<Controller> controller = shown.policy->controller();
   controller->start();
-  for (const double input : inputs) {
+  for (const double& input : inputs) {
     controller->act({&input, 1}, outputs);
     if (&input == &inputs.front()) ++range.num_policies;
     fmt::print("{},{},{},{}\n", csv_field(condition), shown.name, input, fmt::join(outputs, ","));

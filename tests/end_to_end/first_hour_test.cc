@@ -277,7 +277,7 @@ TEST(PreviewTest, GoesOnWithTheNextRunWhereLearningWouldHaveLearnt) {
   const Said said =
       service.run("treeroll-learner",
                   {study.string(), "--preview", "15", "--set", "exploration.rule=\"power\"",
-                   "--set", "exploration.first_update=10", "--set", "exploration.in_flight=1"});
+                   "--set", "exploration.first_update=10", "--set", "study.in_flight=1"});
   ASSERT_EQ(said.status, 0) << said.errors;
   EXPECT_THAT(said.output, AllOf(HasSubstr("\nplain,0:9,"), Not(HasSubstr("\nplain,0:10,")),
                                  HasSubstr("\nplain,1:4,")));
