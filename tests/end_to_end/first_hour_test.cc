@@ -274,10 +274,9 @@ TEST(PreviewTest, ShowsTheDrawsThatLearningBeginsWith) {
 TEST(PreviewTest, GoesOnWithTheNextRunWhereLearningWouldHaveLearnt) {
   const Service service;
   const fs::path study = new_study(service, "trajectory");
-  const Said said =
-      service.run("treeroll-learner",
-                  {study.string(), "--preview", "15", "--set", "exploration.rule=\"power\"",
-                   "--set", "exploration.first_update=10", "--set", "study.in_flight=1"});
+  const Said said = service.run(
+      "treeroll-learner", {study.string(), "--preview", "15", "--set", "exploration.rule=\"power\"",
+                           "--set", "exploration.first_update=10", "--set", "study.in_flight=1"});
   ASSERT_EQ(said.status, 0) << said.errors;
   EXPECT_THAT(said.output, AllOf(HasSubstr("\nplain,0:9,"), Not(HasSubstr("\nplain,0:10,")),
                                  HasSubstr("\nplain,1:4,")));
@@ -365,6 +364,13 @@ TEST(BoundsTest, CountForAPolicyFileAsWell) {
   const Said refused = service.run("treeroll-evaluate", evaluate);
   EXPECT_EQ(refused.status, 2) << refused.errors;
   EXPECT_THAT(refused.errors, HasSubstr("has other bounds than the study"));
+  other["bounds"]["outside"] = "refuse";
+  other["bounds"]["theta_max"] = {-1e9};
+  write_file(evaluate.front(), other.dump());
+  evaluate[1] = study.string();
+  const Said beyond = service.run("treeroll-evaluate", evaluate);
+  EXPECT_EQ(beyond.status, 2) << beyond.errors;
+  EXPECT_THAT(beyond.errors, HasSubstr("of theta is"));
 }
 
 }  // namespace
