@@ -83,6 +83,9 @@ int keygen_main(int argc, char** argv) {
       argc, argv,
       {.name = "treeroll-keygen",
        .purpose = "Makes a key file for --key-file of the daemons: a learner's, or a worker's.",
+       .examples = {{"treeroll-keygen learner.key", "for treeroll-learner --key-file learner.key"},
+                    {"treeroll-keygen host7.key --worker-of learner.key",
+                     "for treeroll-worker --key-file host7.key"}},
        .options =
            [&](CommandLine& line) {
              line.add("FILE", file, "The new file").required();

@@ -29,10 +29,14 @@ class WireTest(ProgramTest):
         self.assertEqual(worker.wait(20), 0)
 
         self.wire_worker(lcm_url(9), "--drop", "0.1")
-        summary, mixed = self.learn("mixed", lcm_url(9), "--local-workers", "1", "--evaluator", TASK)
-        self.assertEqual(len(summary["numeric_classes"]), 2, summary["numeric_classes"])
-        self.assertEqual(mixed, ours)
-        self.assertEqual(summary["ledger"]["conflicting"], 0)
+        for attempt in range(5):  # on a busy machine one of the two may come too late for any
+            summary, mixed = self.learn(f"mixed_{attempt}", lcm_url(9), "--local-workers", "1",
+                                        "--evaluator", TASK)
+            self.assertEqual(mixed, ours)
+            self.assertEqual(summary["ledger"]["conflicting"], 0)
+            if len(summary["numeric_classes"]) == 2:
+                return
+        self.fail("five times only one of the two workers had a part")
 
     def test_with_keys_the_bytes_stay_and_who_has_none_is_not_heard(self):
         _, ours = self.learn("ours", lcm_url(17), "--local-workers", "2", "--evaluator", TASK)
@@ -44,4 +48,4 @@ class WireTest(ProgramTest):
         summary, signed = self.learn("signed", lcm_url(18), "--evaluator", TASK,
                                      "--key-file", learner)
         self.assertEqual(signed, ours)
-        self.assertEqual([w["num_accepted"] > 0 for w in summary["workers"]], [True])
+        self.assertEqual([w["accepted"] > 0 for w in summary["workers"]], [True])

@@ -109,7 +109,8 @@ TEST(SummaryTest, JsonHoldsEveryFigureAndNullForAbsentOnes) {
                                       {"discarded", 0},
                                       {"rejected", 0},
                                       {"reissued", 3},
-                                      {"conflicting", 0}}));
+                                      {"conflicting", 0},
+                                      {"unasked", 0}}));
   EXPECT_EQ(whole.at("workers").at(0).at("accepted"), 12);
 }
 

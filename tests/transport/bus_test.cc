@@ -246,7 +246,7 @@ TEST(BusTest, WhatNoFrameHoldsIsNotSentWhereDatagramsMayLeaveThisHost) {
   bus.bus->publish(batch);
   EXPECT_EQ(bus.bus->statistics().num_unsent, 1);
   EXPECT_THAT(bus.bus->statistics().last_publish_error,
-              HasSubstr("TREEROLL_ROLLOUTS: 1430 bytes are more than one frame holds, 1400"));
+              HasSubstr("TREEROLL_ROLLOUTS: 1450 bytes are more than one frame holds, 1400"));
 }
 
 TEST(BusTest, AProgramThatMeetsOthersRefusesAUrlThatReachesNone) {

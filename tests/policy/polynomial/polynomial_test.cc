@@ -62,7 +62,7 @@ TEST(PolynomialPolicyTest, RoundTripsThroughItsTextUnderItsName) {
   EXPECT_EQ(to_json(**copy), text);
   EXPECT_EQ((*copy)->theta(), policy.theta());
   EXPECT_THAT(learnable_policies().from_json(text).error().message,
-              HasSubstr("$.kind must be one of: correction, spline, tree"));
+              HasSubstr("$.kind must be one of: correction, dmp, network, rbf, spline, tree"));
 
   nlohmann::json spoilt = nlohmann::json::parse(text);
   spoilt["degrees"] = {2, 2};
@@ -103,7 +103,7 @@ TEST(PolynomialPolicyTest, AStudyNamesItAndItsResolvedFormDoesToo) {
   EXPECT_THAT(error_with(with_polynomials(), "exploration.noise_variance=[1.0, 2.0]"),
               HasSubstr("exploration.noise_variance"));
   EXPECT_THAT(error_with(learnable_policies(), "study.rollouts=3"),
-              HasSubstr("must be one of: correction, spline, tree"));
+              HasSubstr("must be one of: auto, correction, dmp, network, rbf, spline, tree"));
 }
 
 /// The evaluator of a worker that knows the kind, and one run that it evaluates.
