@@ -74,6 +74,11 @@ class Lister {
   }
 
  private:
+  struct Accepted {
+    std::set<KeyNote> notes;      ///< placed
+    std::set<std::string> asked;  ///< places
+  };
+
   struct Alternative {
     std::string word;  ///< JSON; empty: the key is absent
     Reading reading;
@@ -82,7 +87,12 @@ class Lister {
   /// What is asked for only where it is there is not required. Whether that is asked comes to light
   /// after the key itself, maybe: two notes become one then.
   void add_entry(const KeyNote& note) {
-    ListedKey entry{note, {conditions_[note].begin(), conditions_[note].end()}};
+    ListedKey entry{note, {}};
+    for (const auto& [of_key, words] : conditions_[note]) {
+      if (holds_without(note, of_key)) continue;
+      entry.conditions.insert(entry.conditions.end(), words.begin(), words.end());
+    }
+    std::ranges::sort(entry.conditions);
     if (note.otherwise.empty() && optional_.contains(note.key)) entry.note.otherwise = "none";
     for (ListedKey& known : reference_.keys) {
       if (known.note != entry.note) continue;
@@ -94,6 +104,25 @@ class Lister {
       return;
     }
     reference_.keys.push_back(std::move(entry));
+  }
+
+  /// A condition was found within one reading. It is none of a note that another one has without
+  /// having asked for the condition's key: there, the key would be unknown.
+  bool holds_without(const KeyNote& note, const std::string& key) const {
+    return std::ranges::any_of(accepted_, [&](const Accepted& reading) {
+      return reading.notes.contains(note) && !reading.asked.contains(key);
+    });
+  }
+
+  /// What a reading that was not refused has asked for.
+  void accept(const SettingsRecord& record) {
+    Accepted& accepted = accepted_.emplace_back();
+    for (const KeyNote& note : record.notes) {
+      accepted.notes.insert(placed(note));
+      accepted.asked.insert(place_of(note.key));
+    }
+    for (const std::string& key : record.asked_whether_there) accepted.asked.insert(place_of(key));
+    for (const auto& [key, word] : record.asked_for_word) accepted.asked.insert(place_of(key));
   }
 
   Reading reading(Assignment set) {
@@ -122,6 +151,7 @@ class Lister {
       for (const std::string& key : result.set.present) tried.push_back(key);
       reference_.refused.push_back(fmt::format("{}: {}", fmt::join(tried, ", "), reason));
     }
+    if (!result.is_refused) accept(result.record);
     const auto& asked = result.record.asked_whether_there;
     for (const std::string& key : asked) optional_.insert(place_of(key));
     return result;
@@ -223,7 +253,7 @@ class Lister {
       if (words.size() > 1 && words.size() + 1 == all.size() && all.front().word.empty()) {
         words = {"there"};
       }
-      if (!always) conditions_[note].insert(condition(place_of(key), words));
+      if (!always) conditions_[note][place_of(key)].insert(condition(place_of(key), words));
     }
     for (std::size_t a = 0; a < all.size(); ++a) {
       for (const KeyNote& note : all[a].reading.record.notes) keep(note);
@@ -261,7 +291,8 @@ class Lister {
   std::map<std::string, std::size_t> ranks_;
   std::set<KeyNote> kept_;
   std::vector<KeyNote> order_;
-  std::map<KeyNote, std::set<std::string>> conditions_;
+  std::vector<Accepted> accepted_;
+  std::map<KeyNote, std::map<std::string, std::set<std::string>>> conditions_;  ///< by their key
   SettingsReference reference_;
 };
 

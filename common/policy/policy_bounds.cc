@@ -13,6 +13,7 @@ namespace treeroll {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kRounding = 1e-9;
 
 /// One number for all, or a number each.
 Eigen::VectorXd for_each(const std::vector<double>& given, Eigen::Index count, double otherwise) {
@@ -43,19 +44,20 @@ class BoundedPolicy final : public Policy {
 
   std::unique_ptr<Controller> controller() const override {
     const Eigen::Index dim = output_dim();
-    OutputLimits limits{
-        .refuses = bounds_.refuses,
-        .min = for_each(bounds_.output_min, dim, -kInfinity),
-        .max = for_each(bounds_.output_max, dim, kInfinity),
-        .step_max = for_each(bounds_.output_rate_max, dim, kInfinity),
-        .start = for_each(bounds_.output_start, dim, std::numeric_limits<double>::quiet_NaN())};
+    OutputLimits limits{.refuses = bounds_.refuses,
+                        .min = for_each(bounds_.output_min, dim, -kInfinity),
+                        .max = for_each(bounds_.output_max, dim, kInfinity),
+                        .step_max = for_each(bounds_.output_rate_max, dim, kInfinity),
+                        .start = for_each(bounds_.output_start, dim, 0),
+                        .has_start = !bounds_.output_start.empty()};
     if (!bounds_.output_rate_max.empty()) limits.step_max *= bounds_.sample_time_s;
-    return std::make_unique<BoundedController>(policy_->controller(), std::move(limits));
+    return std::make_unique<BoundedController>(held(policy_)->controller(), std::move(limits));
   }
 
   NextLayer next_layer(const Eigen::VectorXd& theta) const override {
     NextLayer next = policy_->next_layer(permitted(theta));
-    next.policy = within(std::move(next.policy));
+    // A finer layer may hold other numbers. Those that are refused its roll-outs will tell.
+    next.policy = within(bounds_.refuses ? std::move(next.policy) : held(next.policy));
     return next;
   }
 
@@ -87,16 +89,33 @@ class BoundedPolicy final : public Policy {
     return std::make_shared<BoundedPolicy>(std::move(policy), bounds_);
   }
 
-  /// A bound of each element of theta.
-  Eigen::VectorXd of_theta(const std::vector<double>& given, double otherwise) const {
-    if (given.size() < 2) return for_each(given, theta_dim(), otherwise);
-    return policy_->noise_variance(given);
+  /// A bound of each element of a policy's theta.
+  static Eigen::VectorXd of_theta(const Policy& policy, const std::vector<double>& given,
+                                  double otherwise) {
+    if (given.size() < 2) return for_each(given, policy.theta_dim(), otherwise);
+    return policy.noise_variance(given);
+  }
+
+  Eigen::VectorXd permitted(const Eigen::VectorXd& theta) const {
+    return permitted(*policy_, theta);
+  }
+
+  /// A policy without bounds, whose own theta was never asked: from a text, or of another layer.
+  PolicyPtr held(const PolicyPtr& policy) const {
+    if (bounds_.theta_min.empty() && bounds_.theta_max.empty()) return policy;
+    const Eigen::VectorXd theta = policy->theta();
+    const Eigen::VectorXd min = of_theta(*policy, bounds_.theta_min, -kInfinity);
+    const Eigen::VectorXd max = of_theta(*policy, bounds_.theta_max, kInfinity);
+    const Eigen::ArrayXd beyond = (theta - theta.cwiseMax(min).cwiseMin(max)).array().abs();
+    // with() of what is at the bound may give it back rounded.
+    if ((beyond <= kRounding * theta.array().abs().max(1)).all()) return policy;
+    return policy->with(permitted(*policy, theta));
   }
 
   /// Theta within the bounds. Throws std::invalid_argument where they refuse it.
-  Eigen::VectorXd permitted(const Eigen::VectorXd& theta) const {
-    const Eigen::VectorXd min = of_theta(bounds_.theta_min, -kInfinity);
-    const Eigen::VectorXd max = of_theta(bounds_.theta_max, kInfinity);
+  Eigen::VectorXd permitted(const Policy& policy, const Eigen::VectorXd& theta) const {
+    const Eigen::VectorXd min = of_theta(policy, bounds_.theta_min, -kInfinity);
+    const Eigen::VectorXd max = of_theta(policy, bounds_.theta_max, kInfinity);
     Eigen::VectorXd within = theta.cwiseMax(min).cwiseMin(max);
     if (!bounds_.refuses) return within;
     for (Eigen::Index i = 0; i < theta.size(); ++i) {
@@ -116,6 +135,12 @@ class BoundedPolicy final : public Policy {
 
 PolicyPtr bounded(PolicyPtr policy, PolicyBounds bounds) {
   return std::make_shared<BoundedPolicy>(std::move(policy), std::move(bounds));
+}
+
+void go_on_from(const Controller& before, Controller& controller) {
+  const auto* bounded_before = dynamic_cast<const BoundedController*>(&before);
+  auto* bounded = dynamic_cast<BoundedController*>(&controller);
+  if (bounded_before != nullptr && bounded != nullptr) bounded->go_on_from(*bounded_before);
 }
 
 double sample_time_s(const Policy& policy) {

@@ -51,8 +51,8 @@ PolicyBounds read_policy_bounds(SettingsReader table, const PolicyPtr& policy) {
   const int thetas = policy->noise_variance_dim();
   bounds.theta_min = read_list(
       table, "theta_min", kBound, thetas,
-      {.meaning = "Least value of theta in every layer: one number, or one for each number of "
-                  "noise_variance",
+      {.meaning = "Least value of theta in the layer that is explored: one number, or one for "
+                  "each number of noise_variance; the start obeys it in every layer",
        .rule = "each -1e50 to 1e50",
        .example = "[-100.0]"});
   bounds.theta_max = read_list(table, "theta_max", kBound, thetas,
@@ -81,11 +81,13 @@ PolicyBounds read_policy_bounds(SettingsReader table, const PolicyPtr& policy) {
        .rule = "each above 0 to 1e50",
        .example = "[200.0]"});
   if (!bounds.output_rate_max.empty()) {
-    bounds.sample_time_s =
-        table.number("sample_time_s", kSampleTime, {},
-                     {.meaning = "The time between two askings of the policy, as the task has it",
-                      .unit = "s",
-                      .example = "0.01"});
+    bounds.sample_time_s = table.number(
+        "sample_time_s", kSampleTime, {},
+        {.meaning =
+             "The time between two askings of the policy, as the task has it; one that integrates "
+             "asks in the middle of steps too: half of step_s",
+         .unit = "s",
+         .example = "0.01"});
     bounds.output_start = read_list(
         table, "output_start", kBound, outputs,
         {.meaning = "What stands at the outputs before a roll-out, from where its first "
@@ -104,13 +106,16 @@ PolicyBounds read_policy_bounds(SettingsReader table, const PolicyPtr& policy) {
   check_order(table, "output_start", bounds.output_start, bounds.output_max,
               "must not be above output_max");
   // Of a start that is refused nothing could be learnt.
-  try {
-    PolicyBounds strict = bounds;
-    strict.refuses = true;
-    static_cast<void>(bounded(policy, strict)->with(policy->theta()));
-  } catch (const std::invalid_argument& error) {
-    table.refuse("theta_min", fmt::format("the start policy is beyond theta_min and theta_max: {}",
-                                          error.what()));
+  PolicyBounds strict = bounds;
+  strict.refuses = true;
+  for (int layer = 1; layer <= policy->num_layers(); ++layer) {
+    try {
+      static_cast<void>(bounded(policy->at_layer(layer), strict)->controller());
+    } catch (const std::invalid_argument& error) {
+      table.refuse("theta_min",
+                   fmt::format("the start policy is beyond theta_min and theta_max in layer {}: {}",
+                               layer, error.what()));
+    }
   }
   return bounds;
 }

@@ -74,10 +74,11 @@ PolicyPtr PolicyRegistry::read(std::string_view text) const {
   if (found == kinds_.end() || !found->second.make) {
     throw PolicyTextError("$.kind", "must be one of: " + known());
   }
-  const json bounds = value.contains("bounds") ? value["bounds"] : json();
+  const bool has_bounds = value.contains("bounds");  // null is none, and refused
+  const json bounds = has_bounds ? value["bounds"] : json();
   for (const char* head : {"format", "version", "kind", "bounds"}) value.erase(head);
   PolicyPtr policy = found->second.make(PolicyText(value, "$"));
-  if (bounds.is_null()) return policy;
+  if (!has_bounds) return policy;
   return bounded(policy, bounds_from_content(PolicyText(bounds, "$.bounds"), *policy));
 }
 

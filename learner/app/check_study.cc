@@ -9,10 +9,12 @@
 #include <optional>
 #include <utility>
 
+#include "common/base/config_error.h"
 #include "common/program/processor_share.h"
 #include "common/program/program.h"
 #include "common/program/standard_output.h"
 #include "common/protocol/limits.h"
+#include "learner/results/state_directory.h"
 #include "learner/study/study_file.h"
 #include "learner/worker_program/task_survey.h"
 #include "learner/worker_program/worker_evaluation.h"
@@ -26,8 +28,9 @@ using nlohmann::json;
 struct Forecast {
   std::vector<int> layers;  ///< that are explored
   std::vector<int> theta_dims;
-  const DescribedTask* task = nullptr;      ///< null: no worker program here knows it
-  std::optional<PolicyEvaluation> started;  ///< the start policy; nothing without the task
+  const DescribedTask* task = nullptr;  ///< null: no worker program here knows it
+  /// The start policy; nothing without the task, or if it is not repeatable.
+  std::optional<PolicyEvaluation> started;
 };
 
 /// Conditions that begin alike are evaluated once.
@@ -121,7 +124,10 @@ StudyForecast forecast(const LoadedStudy& loaded, const std::map<std::string, De
     const auto task = tasks.find(condition.task_content);
     if (task != tasks.end()) {
       one.task = &task->second;
-      one.started = evaluations.of(condition, task->second.description);
+      // What may not be started twice may be a robot: asking about a study must not move it.
+      if (task->second.description.repeatable) {
+        one.started = evaluations.of(condition, task->second.description);
+      }
     }
     is_known = is_known && one.started && one.started->duration_s;
     if (is_known) work_s += static_cast<double>(rollouts) * *one.started->duration_s;
@@ -161,6 +167,10 @@ void print_condition(const Condition& condition, const Forecast& one, const std:
              counted(task.input_dim, "input"), counted(task.output_dim, "output"), task.reward_min,
              task.reward_max, task.time_limit_s,
              task.deterministic ? "deterministic" : "not deterministic");
+  if (!one.started) {
+    fmt::print("  start    not tried: no roll-out of this task is started without need\n");
+    return;
+  }
   const Outcome& outcome = one.started->outcome;
   if (outcome.is_ok()) {
     fmt::print("  start    reward {:.3g}", outcome.reward());
@@ -169,6 +179,16 @@ void print_condition(const Condition& condition, const Forecast& one, const std:
   }
   if (one.started->duration_s) fmt::print(", in {:.3g} ms", *one.started->duration_s * 1e3);
   fmt::print("\n");
+}
+
+/// What the learner would say of it.
+std::string trouble_with(const std::filesystem::path& directory) {
+  try {
+    check_state_directory(directory);
+    return "";
+  } catch (const ConfigError& error) {
+    return ": " + error.rule();
+  }
 }
 
 void print_text(const LoadedStudy& loaded, const StudyForecast& whole,
@@ -192,9 +212,7 @@ void print_text(const LoadedStudy& loaded, const StudyForecast& whole,
                duration_text(std::chrono::duration<double>(*study.stop_after).count()));
   }
   const auto directory = results_directory(options, study.name);
-  fmt::print(
-      "results    {}{}\n", directory.string(),
-      std::filesystem::exists(directory) ? ": exists already, --state-dir is to name another" : "");
+  fmt::print("results    {}{}\n", directory.string(), trouble_with(directory));
   const std::vector<std::string> defaults = defaults_of(loaded);
   for (std::size_t i = 0; i < defaults.size(); ++i) {
     fmt::print("{}  {}\n", i == 0 ? "by default" : "          ", defaults[i]);

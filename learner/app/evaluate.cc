@@ -11,6 +11,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -180,6 +181,38 @@ void print(const Worth& worth, bool as_json) {
   for (const auto& [term, number] : worth.terms) fmt::print("term    {} {}\n", term, number);
 }
 
+/// A policy whose own theta its bounds refuse gives nothing.
+void check_acts(const Policy& policy, const fs::path& path) {
+  try {
+    static_cast<void>(policy.controller());
+  } catch (const std::invalid_argument& error) {
+    throw ConfigError("POLICY", path.string(), error.what());
+  }
+}
+
+/// The file's policy with the bounds of the study, as policy.start_file has it: what a robot must
+/// never do counts for a policy that is older than them, too.
+std::string within_bounds(const PolicyFile& file, const fs::path& path, const Policy& start) {
+  const json study = start.content();
+  if (!study.contains("bounds")) return file.text;
+  json own = json::parse(to_json(*file.policy));
+  if (own.contains("bounds")) {
+    if (own["bounds"] == study["bounds"]) return file.text;
+    throw ConfigError("POLICY", path.string(),
+                      "has other bounds than the study: change policy.bounds of one of them");
+  }
+  own["bounds"] = study["bounds"];
+  std::string text = own.dump();
+  const Result<PolicyPtr> bounded = learnable_policies().from_json(text);
+  if (!bounded) {
+    throw ConfigError("POLICY", path.string(),
+                      "cannot have the study's policy.bounds: " + bounded.error().message);
+  }
+  check_acts(**bounded, path);
+  spdlog::info("the study's policy.bounds count: {} has none", path.string());
+  return text;
+}
+
 }  // namespace
 
 void evaluate_policy(const EvaluateOptions& options) {
@@ -200,13 +233,15 @@ void evaluate_policy(const EvaluateOptions& options) {
     }
   }();
   check_dims(*file.policy, task, options.policy_file);
+  check_acts(*file.policy, options.policy_file);
+  const std::string text = within_bounds(file, options.policy_file, *condition.start);
 
   std::vector<Outcome> outcomes;
   std::map<std::string, double> terms;
   for (int i = 0; i < options.evaluations; ++i) {
     const PolicyEvaluation done = evaluate_with(options.worker_program, task,
                                                 {.task_content = condition.task_content,
-                                                 .policy_text = file.text,
+                                                 .policy_text = text,
                                                  .seed = options.seed + i,
                                                  .trace = i == 0 && !options.trace_file.empty()});
     outcomes.push_back(done.outcome);

@@ -7,9 +7,9 @@
 #include "common/transport/bus.h"
 #include "learner/app/check_study.h"
 #include "learner/app/help_keys.h"
+#include "learner/app/learn.h"
 #include "learner/app/new_study.h"
 #include "learner/app/preview_study.h"
-#include "learner/app/learn.h"
 #include "learner/worker_program/process.h"
 
 namespace treeroll {
@@ -55,12 +55,13 @@ void describe_learner(CommandLine& line, LearnerOptions& options) {
   const Option check =
       line.add("--check", options.check,
                "Say what STUDY would do: runs, roll-outs, theta, the start's reward, "
-               "the time, what is set by default; start nothing")
+               "the time, what is set by default; each start policy is evaluated once, but for "
+               "tasks that are not repeatable")
           .needs(study)
           .excludes(resume);
   line.add("--preview", options.preview,
            "Print as CSV what so many perturbed policies of each condition give, as they are drawn "
-           "before any reward is known; start nothing")
+           "before the first update of each run; start nothing")
       .between(1, kPreviewsMax)
       .needs(study)
       .excludes(resume)
@@ -116,19 +117,19 @@ int learn(LearnerOptions options) {
 
 int learner_main(int argc, char** argv) {
   LearnerOptions options;
-  return run_main(
-      argc, argv,
-      {.name = "treeroll-learner",
-       .purpose = "Learns the runs of a study with every worker on the LCM bus.",
-       .log_name = "learner",
-       .examples =
-           {{"treeroll-learner --new my_study.toml --task swing_up", "write a study to begin with"},
-            {"treeroll-learner my_study.toml --check", "say what it would do, start nothing"},
-            {"treeroll-learner my_study.toml --local-workers 4 --http 8080",
-             "learn it on this host and show it on a page"},
-            {"treeroll-learner --resume treeroll-runs/my_study", "go on where it was stopped"}},
-       .options = [&](CommandLine& line) { describe_learner(line, options); },
-       .work = [&] { return learn(options); }});
+  return run_main(argc, argv,
+                  {.name = "treeroll-learner",
+                   .purpose = "Learns the runs of a study with every worker on the LCM bus.",
+                   .log_name = "learner",
+                   .examples = {{"treeroll-learner --new my_study.toml --task swing_up",
+                                 "write a study to begin with"},
+                                {"treeroll-learner my_study.toml --check", "say what it would do"},
+                                {"treeroll-learner my_study.toml --local-workers 4 --http 8080",
+                                 "learn it on this host and show it on a page"},
+                                {"treeroll-learner --resume treeroll-runs/my_study",
+                                 "go on where it was stopped"}},
+                   .options = [&](CommandLine& line) { describe_learner(line, options); },
+                   .work = [&] { return learn(options); }});
 }
 
 }  // namespace

@@ -41,6 +41,27 @@ json example_of(const std::string& task, const WorkerProgram& worker_program) {
                                          worker_program.path.string(), answer->exit_status));
 }
 
+/// A table is as many settings with dotted keys: JSON is no TOML there.
+void add_flat(const std::string& argument, const std::string& key, const json& value,
+              std::map<std::string, json>& flat) {
+  if (value.is_object()) {
+    for (const auto& [below, inner] : value.items()) {
+      if (below.empty() || below.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRS"
+                                                   "TUVWXYZ0123456789_-") != std::string::npos) {
+        throw ConfigError("--set", argument, "must have keys of letters, digits, _ and -");
+      }
+      add_flat(argument, fmt::format("{}.{}", key, below), inner, flat);
+    }
+    return;
+  }
+  if (value.is_array() && std::ranges::any_of(value.flatten(), [](const json& element) {
+        return element.is_object();
+      })) {
+    throw ConfigError("--set", argument, "must hold no tables within a list with --new");
+  }
+  flat[key] = value;
+}
+
 /// The values of --set task.KEY=VALUE by KEY.
 std::map<std::string, json> given_settings(const std::vector<std::string>& overrides) {
   std::map<std::string, json> given;
@@ -52,7 +73,9 @@ std::map<std::string, json> given_settings(const std::vector<std::string>& overr
                         "for you to write into the file");
     }
     const std::vector<std::string> below(setting.key.begin() + 1, setting.key.end());
-    parse_override_value(setting, given[fmt::format("{}", fmt::join(below, "."))]);
+    json value;
+    parse_override_value(setting, value);
+    add_flat(argument, fmt::format("{}", fmt::join(below, ".")), value, given);
   }
   return given;
 }
@@ -89,6 +112,23 @@ double input_max(const json& settings) {
     if (settings.contains(key) && settings[key].is_number()) return settings[key].get<double>();
   }
   return 1;
+}
+
+/// A word for a shell, on one line.
+std::string shell_word(std::string word) {
+  std::ranges::replace_if(
+      word, [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
+  for (std::size_t at = 0; (at = word.find('\'', at)) != std::string::npos; at += 4) {
+    word.replace(at, 1, "'\\''");
+  }
+  return "'" + word + "'";
+}
+
+/// The options without which the next step would not know the task.
+std::string options_of(const WorkerProgram& program) {
+  if (!program.evaluator.empty()) return " --evaluator " + shell_word(program.evaluator);
+  if (program.path == program_beside_us("treeroll-worker")) return "";
+  return " --worker-program " + shell_word(program.path.string());
 }
 
 /// A study's name from that of its file.
@@ -132,6 +172,7 @@ void write_new_study(const LearnerOptions& options) {
   const json example = example_of(options.new_task, options.worker_program);
   NewStudy study{.name = study_name(options.new_file),
                  .task = options.new_task,
+                 .options = options_of(options.worker_program),
                  .settings = settings_of(example, given_settings(options.overrides)),
                  .description = {},
                  .start = example.at("start")};
@@ -144,8 +185,8 @@ void write_new_study(const LearnerOptions& options) {
   study.description = described.description;
   study.input_max = input_max(json::parse(described.settings));
   write_new(options.new_file, new_study_text(study));
-  fmt::print("{}: a study of {}\nnext: treeroll-learner {} --check\n", options.new_file.string(),
-             study.task, options.new_file.string());
+  fmt::print("{}: a study of {}\nnext: treeroll-learner {}{} --check\n", options.new_file.string(),
+             study.task, options.new_file.string(), study.options);
   flush_standard_output();
 }
 

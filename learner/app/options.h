@@ -24,7 +24,7 @@ struct LearnerOptions {
   std::filesystem::path key_file;     ///< empty: nothing is signed
   web::PageOptions page;              ///< --http
   std::optional<std::string> help_keys;  ///< list the keys of a study that hold this, and end
-  bool check = false;                    ///< say what the study would do, start nothing
+  bool check = false;                    ///< say what the study would do
   int preview = 0;                 ///< above 0: show so many perturbed policies, start nothing
   std::filesystem::path new_file;  ///< a study to be written, of `new_task`
   std::string new_task;

@@ -40,13 +40,16 @@ Shown shown(std::string name, const Policy& explored, const Eigen::VectorXd& the
   return result;
 }
 
-/// The start, then `count` draws: those of repetition 0 that wait for no result, then those of 1,
-/// and so on, in or past the study.
+/// The start, then `count` draws: those of repetition 0 that come before its first update, then
+/// those of 1, and so on, in or past the study.
 std::vector<Shown> policies_of(const Condition& condition, std::uint64_t seed, int count) {
   const PolicyPtr explored = condition.start->at_layer(condition.exploration.first_layer);
   std::vector<Shown> all{shown("start", *explored, explored->theta())};
   explore::ExplorationSettings settings = condition.exploration;
-  settings.in_flight = count;
+  // Drawn from the first distribution: what the rule wants before it learns, and what is in flight.
+  const int first_update =
+      settings.rule.make(explore::fresh_start(settings, *explored))->first_update();
+  settings.in_flight = std::max(settings.in_flight, first_update);
   settings.num_rollouts = std::max(settings.num_rollouts, count);
   for (std::uint32_t repetition = 0; static_cast<int>(all.size()) <= count; ++repetition) {
     explore::Exploration run(settings, *condition.start, seed, repetition);
@@ -73,9 +76,15 @@ std::vector<double> inputs_of(const Policy& policy) {
   return inputs;
 }
 
+/// Of the outputs that some policies have given.
 struct Range {
+  int num_policies = 0;  ///< that have given any
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
+
+  std::string in_words() const {
+    return num_policies == 0 ? "nothing" : fmt::format("{:.4g} to {:.4g}", low, high);
+  }
 };
 
 /// A row an input, up to the one for which the policy's bounds refuse the output: they throw
@@ -86,8 +95,9 @@ void print_curve(const std::string& condition, Shown& shown, const std::vector<d
   std::vector<double> outputs(output_dim);
   const std::unique_ptr<Controller> controller = shown.policy->controller();
   controller->start();
-  for (const double input : inputs) {
+  for (const double& input : inputs) {
     controller->act({&input, 1}, outputs);
+    if (&input == &inputs.front()) ++range.num_policies;
     fmt::print("{},{},{},{}\n", csv_field(condition), shown.name, input, fmt::join(outputs, ","));
     for (const double output : outputs) {
       range.low = std::min(range.low, output);
@@ -103,26 +113,23 @@ void preview(const Condition& condition, std::uint64_t seed, int count) {
   if (is_curve) inputs = inputs_of(*condition.start);
   Range start;
   Range drawn;
-  int num_refused = 0;
   for (Shown& one : all) {
     if (!one.policy) {
-      ++num_refused;
       spdlog::warn("{}: draw {} is no policy: {}", condition.name, one.name, one.refusal);
     } else if (is_curve) {
       Range& of_kind = &one == &all.front() ? start : drawn;
       try {
         print_curve(condition.name, one, inputs, of_kind);
       } catch (const std::runtime_error& error) {
-        ++num_refused;
         spdlog::warn("{}: draw {} ends early: {}", condition.name, one.name, error.what());
       }
     } else {
       fmt::print("{},{},{}\n", csv_field(condition.name), one.name, fmt::join(one.theta, ","));
     }
   }
-  if (is_curve && num_refused < count) {
-    spdlog::info("{}: the start gives {:.4g} to {:.4g}, {} draws {:.4g} to {:.4g}", condition.name,
-                 start.low, start.high, count - num_refused, drawn.low, drawn.high);
+  if (is_curve) {
+    spdlog::info("{}: the start gives {}, {} of {} draws give {}", condition.name, start.in_words(),
+                 drawn.num_policies, count, drawn.in_words());
   }
 }
 

@@ -82,19 +82,24 @@ std::string start_of(const NewStudy& study) {
   return study.description.input_dim == 1 ? curve(study) : feedback(study.description);
 }
 
+/// As TOML has a string.
+std::string quoted(const std::string& text) {
+  return nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
 }  // namespace
 
 std::string new_study_text(const NewStudy& study) {
   std::string text = fmt::format(
-      "# A study of the task \"{}\", to begin with.\n"
-      "#   treeroll-learner FILE --check            what it would do\n"
-      "#   treeroll-learner FILE --local-workers 2  learn it\n"
+      "# A study of the task {0}, to begin with.\n"
+      "#   treeroll-learner FILE{1} --check            what it would do\n"
+      "#   treeroll-learner FILE{1} --local-workers 2  learn it\n"
       "#   treeroll-learner --help-keys             every key there is\n\n[study]\n",
-      study.task);
+      quoted(study.task), study.options);
   text += line(fmt::format("name = \"{}\"", study.name), "of the folder of the results");
   text += line("rollouts = 300", "of each run");
   text += line("repetitions = 4", "runs, each with random numbers of its own");
-  text += "\n[task]\n" + line(fmt::format("name = \"{}\"", study.task),
+  text += "\n[task]\n" + line("name = " + quoted(study.task),
                               "what follows a # is what holds where nothing is said");
   for (const NewTaskSetting& setting : study.settings) {
     text += line(fmt::format("{}{} = {}", setting.is_set ? "" : "# ", setting.key, setting.value),

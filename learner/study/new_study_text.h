@@ -19,6 +19,7 @@ struct NewTaskSetting {
 struct NewStudy {
   std::string name;
   std::string task;
+  std::string options;  ///< of the learner, that name the program which knows the task: " --x y"
   std::vector<NewTaskSetting> settings;
   TaskDescription description;
   /// [policy] and [exploration] as the task suggests them; empty: from nothing, by the task's

@@ -259,7 +259,7 @@ StudyDocument::StudyDocument(const std::filesystem::path& file,
     }
     json scratch;
     SettingsReader lists(document, "", scratch);
-    if (document.contains("conditions")) {
+    if (lists.has("conditions")) {
       std::vector<Factor> conditions;
       for (const json& entry : read_conditions(lists)) {
         conditions.push_back(
@@ -267,7 +267,7 @@ StudyDocument::StudyDocument(const std::filesystem::path& file,
       }
       parts_->factors.push_back(std::move(conditions));
     }
-    if (document.contains("axes")) {
+    if (lists.has("axes")) {
       std::size_t index = 0;
       for (const json& axis : read_axes(lists)) {
         parts_->factors.push_back(

@@ -64,8 +64,8 @@ std::vector<StudyTableReference> study_reference() {
                     })});
   tables.push_back({"[[conditions]] and [[axes]]", list_settings("", [](SettingsReader& reader) {
                       read_extends(reader);
-                      read_conditions(reader);
-                      read_axes(reader);
+                      if (reader.has("conditions")) read_conditions(reader);
+                      if (reader.has("axes")) read_axes(reader);
                     })});
   tables.push_back(
       {"A condition, or an option of an axis",

@@ -75,6 +75,19 @@ TEST(SettingsReferenceTest, FindsWhatAKeyBringsThatMayBeAbsent) {
   EXPECT_THAT(text, HasSubstr("default \"b\"; only without `noise`"));
 }
 
+TEST(SettingsReferenceTest, AConditionIsNoneWhereAnotherReadingHasTheKeyWithoutIt) {
+  const SettingsReference keys = list_settings("exploration", [](SettingsReader& reader) {
+    const bool is_cma = reader.choice("rule", {"cma", "cem"}, "cma") == "cma";
+    if (!is_cma || reader.choice("coordinates", {"effect", "noise"}, "effect") == "noise") {
+      reader.integer("metric", 1, 2, 1);
+    }
+  });
+  const std::string text = reference_text(keys, "");
+  EXPECT_THAT(text, HasSubstr("`exploration.coordinates`: \"effect\" or \"noise\"; default "
+                              "\"effect\"; only `exploration.rule = \"cma\"`.\n"));
+  EXPECT_THAT(text, testing::Not(HasSubstr("only `exploration.coordinates")));
+}
+
 TEST(SettingsReferenceTest, NumberedTablesAreOnePlace) {
   const SettingsReference keys = list_settings("policy", [](SettingsReader& reader) {
     for (int layer = 1; layer <= 8; ++layer) {

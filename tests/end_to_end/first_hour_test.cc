@@ -159,7 +159,23 @@ TEST(NewStudyTest, LeavesWhatIsThereAndSaysWhatIsWrong) {
   EXPECT_FALSE(fs::exists(in(service, "other.toml")));
 }
 
-TEST(CheckTest, SaysWhatTheStudyWouldDoAndStartsNothing) {
+TEST(NewStudyTest, TablesAndProgramsOfOnesOwnGoIntoTheFileAsTheNextStepNeedsThem) {
+  const Service service;
+  const std::string program = (service.directory() / "it's mine").string();
+  fs::copy_file(executable("treeroll-worker"), program);
+  const std::string file = in(service, "mine.toml");
+  const Said said =
+      service.run("treeroll-learner", {"--new", file, "--task", "swing_up", "--worker-program",
+                                       program, "--set", "task.parameters={gravity=9.0}"});
+  ASSERT_EQ(said.status, 0) << said.errors;
+  EXPECT_THAT(said.output, HasSubstr("it'\\''s mine' --check"));
+  EXPECT_THAT(read_file(file),
+              AllOf(HasSubstr("it'\\''s mine' --check"), HasSubstr("\nparameters.gravity = 9.0")));
+  const Said checked = service.run("treeroll-learner", {file, "--check"});
+  EXPECT_EQ(checked.status, 0) << checked.errors;
+}
+
+TEST(CheckTest, SaysWhatTheStudyWouldDoAndBeginsNothing) {
   const Service service;
   const fs::path study = service.study(text_of(SwingUpStudy{.repetitions = 1, .rollouts = 40}));
   const std::vector<std::string> check = {
@@ -172,6 +188,15 @@ TEST(CheckTest, SaysWhatTheStudyWouldDoAndStartsNothing) {
                                  HasSubstr("start    reward 0."), HasSubstr("with 2 evaluators"),
                                  HasSubstr("task.time_limit_s = 10.0")));
   EXPECT_FALSE(fs::exists(in(service, "state")));
+  const auto results = [&] {
+    const std::string output = service.run("treeroll-learner", check).output;
+    const auto at = output.find("results    ");
+    return output.substr(at, output.find('\n', at) - at);
+  };
+  fs::create_directory(in(service, "state"));
+  EXPECT_THAT(results(), Not(HasSubstr("must be new or empty")));
+  write_file(in(service, "state") + "/mine", "mine");
+  EXPECT_THAT(results(), HasSubstr("must be new or empty"));
   std::vector<std::string> as_json = check;
   as_json.push_back("--json");
   const json answer = json::parse(service.run("treeroll-learner", as_json).output);
@@ -229,7 +254,7 @@ TEST(PreviewTest, ShowsTheDrawsThatLearningBeginsWith) {
   ASSERT_EQ(said.status, 0) << said.errors;
   EXPECT_THAT(said.output, AllOf(HasSubstr("condition,draw,input,output_1\nplain,start,0,0\n"),
                                  HasSubstr("\nplain,0:2,"), Not(HasSubstr("0:3"))));
-  EXPECT_THAT(said.errors, HasSubstr("plain: the start gives 0 to 0, 3 draws "));
+  EXPECT_THAT(said.errors, HasSubstr("plain: the start gives 0 to 0, 3 of 3 draws give "));
 
   // The second draw, as a journal has it, gives what the preview has shown.
   const auto learnt = service.learn(
@@ -244,6 +269,17 @@ TEST(PreviewTest, ShowsTheDrawsThatLearningBeginsWith) {
   ASSERT_EQ(again.status, 0) << again.errors;
   EXPECT_NE(curve(said.output, "0:1"), "");
   EXPECT_EQ(curve(said.output, "0:1"), curve(again.output, "start"));
+}
+
+TEST(PreviewTest, GoesOnWithTheNextRunWhereLearningWouldHaveLearnt) {
+  const Service service;
+  const fs::path study = new_study(service, "trajectory");
+  const Said said = service.run(
+      "treeroll-learner", {study.string(), "--preview", "15", "--set", "exploration.rule=\"power\"",
+                           "--set", "exploration.first_update=10", "--set", "study.in_flight=1"});
+  ASSERT_EQ(said.status, 0) << said.errors;
+  EXPECT_THAT(said.output, AllOf(HasSubstr("\nplain,0:9,"), Not(HasSubstr("\nplain,0:10,")),
+                                 HasSubstr("\nplain,1:4,")));
 }
 
 TEST(PreviewTest, OfSeveralInputsShowsTheta) {
@@ -309,6 +345,32 @@ TEST(BoundsTest, CountForAPolicyFileAsWell) {
   const auto given = column(said.output, "output_1");
   EXPECT_EQ(*std::ranges::max_element(given), 8);
   EXPECT_EQ(*std::ranges::min_element(given), -8);
+
+  // And where it is evaluated, once, on the robot say.
+  const std::string trace = in(service, "trace.csv");
+  const std::string policy = state_of(service) + "/policies/tree-0.json";
+  std::vector<std::string> evaluate = {
+      policy, in(service, "again.toml"), "--condition", "tree", "--trace", trace};
+  const Said worth = service.run("treeroll-evaluate", evaluate);
+  ASSERT_EQ(worth.status, 0) << worth.errors;
+  EXPECT_THAT(worth.errors, HasSubstr("the study's policy.bounds count"));
+  const auto sent = column(read_file(trace), "cart_acceleration_mps2");
+  EXPECT_EQ(*std::ranges::max_element(sent), 8);
+  json other = json::parse(read_file(policy));
+  other["bounds"] = json::parse(R"({"outside": "clip", "theta_min": [], "theta_max": [],
+      "output_min": [], "output_max": [99], "output_rate_max": [], "sample_time_s": 0,
+      "output_start": []})");
+  write_file(evaluate.front() = in(service, "other.json"), other.dump());
+  const Said refused = service.run("treeroll-evaluate", evaluate);
+  EXPECT_EQ(refused.status, 2) << refused.errors;
+  EXPECT_THAT(refused.errors, HasSubstr("has other bounds than the study"));
+  other["bounds"]["outside"] = "refuse";
+  other["bounds"]["theta_max"] = {-1e9};
+  write_file(evaluate.front(), other.dump());
+  evaluate[1] = study.string();
+  const Said beyond = service.run("treeroll-evaluate", evaluate);
+  EXPECT_EQ(beyond.status, 2) << beyond.errors;
+  EXPECT_THAT(beyond.errors, HasSubstr("of theta is"));
 }
 
 }  // namespace

@@ -100,7 +100,12 @@ bool read_policy(std::string_view bytes) {
   const std::vector<double> input(static_cast<std::size_t>(controller->input_dim()), 0.5);
   std::vector<double> output(static_cast<std::size_t>(controller->output_dim()));
   controller->start();
-  controller->act(input, output);
+  try {
+    controller->act(input, output);
+  } catch (const std::runtime_error& error) {
+    require(std::string_view(error.what()).ends_with("(policy.bounds)"), "bounds alone refuse");
+    return refused(error.what());
+  }
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -109,6 +110,66 @@ TEST(PolicyBoundsTest, RefusesAndGivesNothingOut) {
   EXPECT_DOUBLE_EQ(output, 4.8);
 }
 
+TEST(PolicyBoundsTest, WhatIsNotFiniteIsRefusedAndTheRateStillHolds) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  for (const char* outside : {"clip", "refuse"}) {
+    json table{{"outside", outside}, {"output_rate_max", {20.0}}, {"sample_time_s", .1}};
+    const auto policy = with_bounds(table.dump().c_str(), line_policy(8));
+    const auto controller = policy->controller();
+    controller->start();
+    double output = -1;
+    const auto ask = [&](double input) { controller->act({&input, 1}, {&output, 1}); };
+    ask(.25);
+    EXPECT_EQ(error_of<std::runtime_error>([&] { ask(kNan); }),
+              "output 1 is nan, must be finite (policy.bounds)");
+    EXPECT_EQ(output, 2);
+    if (std::string_view(outside) == "clip") {
+      ask(1);
+      EXPECT_EQ(output, 4);
+    } else {
+      EXPECT_THAT(error_of<std::runtime_error>([&] { ask(1); }), HasSubstr("at most 4"));
+    }
+  }
+}
+
+TEST(PolicyBoundsTest, TheRateHoldsOnWhenAnotherControllerTakesOver) {
+  const auto policy = with_bounds(
+      R"({"outside": "clip", "output_rate_max": [20.0], "sample_time_s": 0.1})", line_policy(8));
+  const auto before = policy->controller();
+  EXPECT_EQ(static_cast<Controller&>(*before).act(0), 0);
+  const auto after = policy->controller();
+  go_on_from(*before, *after);
+  EXPECT_EQ(static_cast<Controller&>(*after).act(1), 2);
+  after->start();
+  EXPECT_EQ(static_cast<Controller&>(*after).act(1), 8);
+}
+
+TEST(PolicyBoundsTest, APolicyWhoseOwnThetaIsBeyondDoesNotAct) {
+  for (const char* outside : {"clip", "refuse"}) {
+    const json table{{"outside", outside}, {"theta_max", {9.0}}};
+    json text = json::parse(to_json(*with_bounds(table.dump().c_str(), line_policy(8))));
+    text["bounds"]["theta_max"] = {5.0};
+    const Result<PolicyPtr> read = standard_policies().from_json(text.dump());
+    ASSERT_TRUE(read) << read.error().message;
+    if ((*read)->content()["bounds"]["outside"] == "clip") {
+      EXPECT_THAT(acted(**read, {.5, 1}), ElementsAre(4, 5));
+    } else {
+      EXPECT_THAT(error_of<std::invalid_argument>([&] { (*read)->controller(); }),
+                  HasSubstr("element 3 of theta is 8, must be at most 5"));
+    }
+  }
+}
+
+TEST(PolicyBoundsTest, TheLayerThatIsGoneOnWithIsWithinThem) {
+  const auto policy = with_bounds(R"({"outside": "clip", "theta_max": [9.0]})", line_policy(8));
+  json text = json::parse(to_json(*policy->at_layer(1)));
+  text["bounds"]["theta_max"] = {3.0};
+  const Result<PolicyPtr> read = standard_policies().from_json(text.dump());
+  ASSERT_TRUE(read) << read.error().message;
+  const NextLayer next = (*read)->next_layer(Eigen::Vector2d(0, 2));
+  EXPECT_LE(next.policy->theta().maxCoeff(), 3);
+}
+
 TEST(PolicyBoundsTest, BoundsThetaInEveryLayer) {
   const char* table = R"({"outside": "clip", "theta_min": [-1.0], "theta_max": [9.0]})";
   const auto policy = with_bounds(table, line_policy(8));
@@ -156,6 +217,7 @@ TEST(PolicyBoundsTest, ATextWithBadOnesIsRefused) {
     return read ? "is taken" : read.error().message;
   };
   EXPECT_THAT(refusal("/bounds", json::array()), HasSubstr("$.bounds is []: must be an object"));
+  EXPECT_THAT(refusal("/bounds", nullptr), HasSubstr("$.bounds is null: must be an object"));
   EXPECT_THAT(refusal("/bounds/other", 1), HasSubstr("$.bounds.other is an unknown key"));
   EXPECT_THAT(refusal("/bounds/outside", "warn"), HasSubstr("must be one of: clip, refuse"));
   EXPECT_THAT(refusal("/bounds/output_max", json::array({.5})),
@@ -164,6 +226,19 @@ TEST(PolicyBoundsTest, ATextWithBadOnesIsRefused) {
   EXPECT_THAT(refusal("/bounds/output_rate_max", json::array({1})),
               HasSubstr("$.bounds.sample_time_s is 0.0: must be above 0"));
   EXPECT_THAT(refusal("/bounds/output_rate_max", json::array({-1})), HasSubstr("must be above 0"));
+}
+
+TEST(PolicyBoundsTest, AStartIsWithinThemInEveryLayer) {
+  // Of the curve 0, 8, 0 the coarse layer sees a straight line.
+  const auto ladder = std::make_shared<SplineLadder>(BSpline(1, 2, 0, 1), 2);
+  Eigen::MatrixXd coefficients(1, 3);
+  coefficients << 0, 8, 0;
+  const auto start =
+      LinearPolicy(std::make_shared<SplineForm>(ladder, nullptr), coefficients, 2).at_layer(1);
+  ASSERT_LT(start->theta().maxCoeff(), 7);
+  EXPECT_THAT(error_of<ConfigError>(
+                  [&] { with_bounds(R"({"outside": "clip", "theta_max": [7]})", start); }),
+              HasSubstr("in layer 2: element 2 of theta is 8"));
 }
 
 TEST(PolicyBoundsTest, SettingsThatCannotBeAreRefused) {
@@ -183,7 +258,8 @@ TEST(PolicyBoundsTest, SettingsThatCannotBeAreRefused) {
                   "sample_time_s": 1, "output_start": [3]})"),
               HasSubstr("output_start = [3]: must not be above output_max"));
   EXPECT_THAT(refusal(R"({"outside": "clip", "theta_max": [7]})"),
-              AllOf(HasSubstr("the start policy is beyond"), HasSubstr("element 3 of theta is 8")));
+              AllOf(HasSubstr("the start policy is beyond"), HasSubstr("in layer 1: element 2"),
+                    HasSubstr("of theta is 8")));
 }
 
 }  // namespace

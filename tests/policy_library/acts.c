@@ -1,5 +1,6 @@
 /* A program in C that acts with a policy. On standard input: the policy's text as one line, then
- * lines of numbers: "theta" and theta_dim numbers, or "act" and input_dim numbers. On standard
+ * lines of numbers: "theta" and theta_dim numbers, or "act" and input_dim numbers, a roll-out of
+ * its own; "and" with such numbers goes on with the roll-out. On standard
  * output, line by line: what the policy gives, in hexadecimal; "error: REASON" where it gives none.
  * At the end of the input it tries what a wrong caller does. */
 #include <stdio.h>
@@ -76,7 +77,7 @@ int main(void) {
     } else {
       const size_t count = read_numbers(line + 3, numbers);
       const size_t num_outputs = treeroll_policy_output_dim(policy);
-      treeroll_policy_start(policy);
+      if (strncmp(line, "act", 3) == 0) treeroll_policy_start(policy);
       if (treeroll_policy_act(policy, numbers, count, output, num_outputs) == 0) {
         print_numbers(output, num_outputs);
       } else {

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "common/policy/kinds/standard_policies.h"
+#include "common/policy/policy_bounds.h"
 #include "common/policy/tree/tree_policy.h"
 #include "tests/mixture/random_mixture.h"
 #include "tests/policy/tree/every_layout.h"
@@ -115,6 +116,21 @@ TEST(PolicyLibraryTest, SaysWhyItDoesNotDoWhatItIsAsked) {
   EXPECT_THAT(said[5], HasSubstr("0x"));
   EXPECT_THAT(c_says("{\"no\": \"policy\"}\n")[0], HasSubstr("error: "));
   EXPECT_THAT(c_says("\n")[0], HasSubstr("error: "));
+}
+
+TEST(PolicyLibraryTest, ABoundedRateHoldsOnWithAnotherTheta) {
+  test::RandomMixture random(1);
+  const TreePolicy policy(TreeModel::from_global(FrameKind::kCholesky, {random.gmm(1, 2, 1)}, {{}}),
+                          1, ThetaLayout::kMeans);
+  const PolicyPtr within =
+      bounded(std::make_shared<TreePolicy>(policy), {.output_rate_max = {20}, .sample_time_s = .1});
+  const std::vector<std::string> said =
+      c_says(to_json(*within) + "\ntheta 0 0\nact 0\ntheta 0 8\nand 0\ntheta 0 9\nand 0\nact 0\n");
+  ASSERT_EQ(said.size(), 6);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::vector<double> given = {0, 2, 4, 9};
+    EXPECT_DOUBLE_EQ(std::strtod(said[i + 1].c_str(), nullptr), given[i]) << i;
+  }
 }
 
 TEST(PolicyLibraryTest, ExportsItsInterfaceAlone) {

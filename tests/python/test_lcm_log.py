@@ -66,6 +66,12 @@ class LogTest(ProgramTest):
         self.assertEqual(len(list(reader.messages())), 1)
         self.assertEqual(reader.unknown, {"A": 2})
 
+    def test_however_many_channels_there_are_few_are_counted_one_by_one(self):
+        reader = Reader(self.log(*(event(i, f"C{i}", b"12345678") for i in range(300))))
+        self.assertEqual(list(reader.messages()), [])
+        self.assertEqual(len(reader.unknown), 101)
+        self.assertEqual(reader.unknown["other channels"], 200)
+
     def test_damage_is_told_with_its_place_after_what_is_whole(self):
         whole = event(0, "A", key(1, 2))
         for rest, words in ((b"\0" * 40, f"damaged, at byte {len(whole)}"),
@@ -86,6 +92,16 @@ class LogTest(ProgramTest):
                          "a.csv")
         self.assertEqual(self.rows(self.folder / "a.csv"),
                          [{"time_s": "1.5", "run": "3", "number": "17"}])
+        # Nothing that is there is written over, and least of all the log.
+        before = path.read_bytes()
+        (self.folder / "link").symlink_to(path)
+        for output in (path, "link", "a.csv"):
+            said = self.run_program(PYTHON, "-m", "treeroll", "log", path, "--output", output, status=1)
+            self.assertIn("File exists", said.stderr)
+        self.assertEqual(path.read_bytes(), before)
+        self.assertEqual(len(self.rows(self.folder / "a.csv")), 1)
+        self.run_program(PYTHON, "-m", "treeroll", "log", "none", "--output", "of_none", status=1)
+        self.assertFalse((self.folder / "of_none").exists())
         said = self.run_program(PYTHON, "-m", "treeroll", "log", path, "--csv", status=1)
         self.assertIn("name its --channel", said.stderr)
         said = self.run_program(PYTHON, "-m", "treeroll", "log", "none", status=1)

@@ -1,5 +1,6 @@
 """A task with an operator: over a pseudo-terminal, alone and as a worker's evaluator."""
 
+import fcntl
 import json
 import os
 import pty
@@ -91,15 +92,18 @@ class OperatorTest(ProgramTest):
         self.say(process, {"describe": {"name": "reach", "settings": {}}})
         return json.loads(process.stdout.readline())
 
-    def evaluate(self, process, seed):
+    def evaluate(self, process, seed, bounds=None):
+        policy = json.loads(policy_text(0.5))
+        if bounds:
+            policy["bounds"] = bounds
         self.say(process, {"evaluate": {"run": 0, "rollout": 0, "seed": seed, "trace": False,
-                                        "policy": json.loads(policy_text(0.5))}})
+                                        "policy": policy}})
 
     def test_nothing_moves_before_the_operator_says_so_and_nothing_counts_before_it_is_accepted(self):
         process = self.program()
         said = self.described(process)
         self.assertEqual((said["time_limit_s"], said["repeatable"], said["deterministic"]),
-                         (3605.0, False, False))
+                         (7205.0, False, False))
         self.type("\n\n\n")  # typed before the question: no answer
         time.sleep(.2)
         self.evaluate(process, 5)
@@ -163,6 +167,50 @@ class OperatorTest(ProgramTest):
             self.type(answer + "\n")
             self.assertEqual(json.loads(process.stdout.readline()), said)
 
+    def test_whatever_fails_is_shown_to_the_operator(self):
+        source = TASK.replace('        if seed == 13:', """        if seed == 14:
+            raise OSError("the driver is gone")
+        if seed == 15:
+            return float("nan")
+        if seed == 13:""")
+        (self.folder / "reach.py").write_text(source)
+        process = self.program()
+        self.described(process)
+        bounds = {"outside": "refuse", "output_min": [], "output_max": [0.0], "output_rate_max": [],
+                  "theta_min": [], "theta_max": [], "sample_time_s": 0, "output_start": []}
+        for seed, of_policy, words in ((14, None, "the driver is gone"), (15, None, "the reward is nan"),
+                                       (16, bounds, "output 1 is 0.5, must be at most 0")):
+            for answer, key in (("r", "discarded"), ("a", "failed")):
+                self.evaluate(process, seed, of_policy)
+                self.until("p pauses > ")
+                self.type("\n")
+                self.until(f"failed: {words}")
+                self.until("> ")
+                self.type(answer + "\n")
+                self.assertIn(key, json.loads(process.stdout.readline()))
+
+    def test_a_trial_that_nobody_begins_is_void(self):
+        (self.folder / "reach.py").write_text(TASK.replace("(Reach)", "(Reach, patience_s=.2)"))
+        process = self.program()
+        self.described(process)
+        self.evaluate(process, 5)
+        self.assertEqual(json.loads(process.stdout.readline()),
+                         {"discarded": "the operator did not answer"})
+        self.assertEqual(self.moved(), [])
+
+    def test_its_own_terminal_is_known_however_often_it_is_described(self):
+        def take_terminal():
+            os.setsid()
+            fcntl.ioctl(self.slave, termios.TIOCSCTTY, 0)
+
+        process = subprocess.Popen(
+            ["sh", "-c", f"{PYTHON} reach.py; true"], cwd=self.folder, text=True, preexec_fn=take_terminal,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.addCleanup(lambda: (process.kill(), process.communicate()))
+        for _ in range(3):
+            said = self.described(process)
+            self.assertIn("time_limit_s", said, said)
+
     def test_without_a_terminal_the_task_is_refused_with_what_to_do(self):
         for place, rule in (("/dev/null", "/dev/null must be a terminal"),
                             ("/dev/pts/none", "cannot open the operator's terminal")):
@@ -174,13 +222,26 @@ class OperatorTest(ProgramTest):
         self.addCleanup(lambda: (process.kill(), process.communicate()))
         self.assertIn("TREEROLL_OPERATOR_TERMINAL=/dev/pts/N", self.described(process)["refused"])
 
+    def test_checking_a_study_does_not_move_the_robot(self):
+        (self.folder / "study.toml").write_text(STUDY)
+        os.environ["TREEROLL_OPERATOR_TERMINAL"] = os.ttyname(self.slave)
+        self.addCleanup(os.environ.pop, "TREEROLL_OPERATOR_TERMINAL")
+        said = self.run_program("treeroll-learner", "study.toml", "--check", "--evaluator",
+                                f"{PYTHON} reach.py")
+        self.assertIn("start    not tried", said.stdout)
+        (self.folder / "reach.py").write_text(TASK.replace("time_limit_s=5", "time_limit_s=5, repeatable=False")
+                                              .replace("treeroll.with_operator(Reach)", "Reach"))
+        said = self.run_program("treeroll-learner", "study.toml", "--check", "--evaluator",
+                                f"{PYTHON} reach.py")
+        self.assertIn("start    not tried", said.stdout)
+        self.assertEqual(self.moved(), [])
+
     def test_a_learner_at_a_terminal_asks_its_operator(self):
         """The worker is a background job there, which a terminal would stop."""
         (self.folder / "study.toml").write_text(STUDY)
 
         def take_terminal():
             os.setsid()
-            import fcntl
             fcntl.ioctl(self.slave, termios.TIOCSCTTY, 0)
 
         learner = subprocess.Popen(

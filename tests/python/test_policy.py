@@ -54,6 +54,8 @@ class PolicyTest(unittest.TestCase):
         policy.theta = [0.5, 9.0]
         self.assertEqual(policy.theta, [0.5, 2.0])
         self.assertEqual(json.loads(policy.text)["bounds"], bounds)
+        policy.theta = [0.5, -5.0]  # taken over while the robot moves
+        self.assertEqual([policy(0.5), policy(0.5)], [0.5 - 0.1, 0.5 - 0.1 - 0.1])
 
         refusing = Policy({**text, "bounds": {**bounds, "outside": "refuse", "output_rate_max": [],
                                               "sample_time_s": 0.0, "output_start": []}})

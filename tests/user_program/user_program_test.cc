@@ -6,6 +6,7 @@
 
 #include <array>
 #include <csignal>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
@@ -191,6 +192,23 @@ TEST_F(UserProgramTest, ItsEndIsToldWhileWhatItHasStartedHoldsItsOutput) {
   const pid_t sleeper = std::stoi(log_[0].substr(log_[0].rfind(' ')));
   EXPECT_TRUE(is_alive(sleeper)) << "nothing was waited for";
   kill(sleeper, SIGKILL);
+}
+
+TEST_F(UserProgramTest, OneThatLeadsAGroupTakesAlongWhatItHasStarted) {
+  start("setsid sh -c 'sleep 300 & echo at $! >&2; read line; sleep 300'");
+  program_->set_answer_limit(std::chrono::seconds(2));
+  EXPECT_THROW(program_->describe("reach", json::object()), ProgramEnded);
+  ASSERT_FALSE(log_.empty());
+  const pid_t sleeper = std::stoi(log_[0].substr(log_[0].rfind(' ')));
+  // Whoever adopts it need not reap it at once: a zombie is no sleeper any more.
+  const auto runs = [&] {
+    std::ifstream stat("/proc/" + std::to_string(sleeper) + "/stat");
+    std::string line;
+    return std::getline(stat, line) && line.find(") Z") == std::string::npos;
+  };
+  for (int i = 0; i < 200 && runs(); ++i) usleep(50'000);
+  EXPECT_FALSE(runs());
+  if (is_alive(sleeper)) kill(sleeper, SIGKILL);
 }
 
 TEST_F(UserProgramTest, ItEndsWithItsObject) {

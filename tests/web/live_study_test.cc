@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/policy/policy_bounds.h"
 #include "learner/web/views/views.h"
 #include "tests/web/fed_study.h"
 
@@ -147,6 +148,25 @@ TEST(LiveStudyTest, ARunIsShownWithItsPolicyAndItsNoise) {
   EXPECT_EQ(now["policy"]["layers"][0]["outputs"][0].size(),
             now["policy"]["layers"][0]["inputs"].size());
   EXPECT_EQ(now["noise"]["draws"].size(), 12U);
+}
+
+TEST(LiveStudyTest, ARunWhosePolicyHasBoundsIsShownAsAnyOther) {
+  Study small = learner::small_study(30, 2);
+  // Most draws are beyond them, and nearly all change faster between two points of a curve.
+  for (Condition& condition : small.conditions) {
+    condition.start = bounded(condition.start, {.refuses = true,
+                                                .output_min = {-1e-3},
+                                                .output_max = {1e-3},
+                                                .output_rate_max = {1e-6},
+                                                .sample_time_s = .01});
+  }
+  FedStudy study(std::move(small));
+  study.answer(25);
+  const json now = json::parse(run_view(*study.live, 1))["now"];
+  ASSERT_EQ(now["noise"]["draws"].size(), 12U);
+  for (const json& draw : now["noise"]["draws"]) {
+    EXPECT_EQ(draw[0].size(), now["noise"]["inputs"].size());
+  }
 }
 
 TEST(LiveStudyTest, RunsComeInTheOrderThatIsAskedFor) {

@@ -12,6 +12,7 @@
 
 #include "common/base/result.h"
 #include "common/policy/kinds/standard_policies.h"
+#include "common/policy/policy_bounds.h"
 #include "workers/policy_library/treeroll/policy.h"
 
 struct treeroll_policy {  // NOLINT(readability-identifier-naming): C has no namespaces
@@ -136,6 +137,7 @@ int treeroll_policy_set_theta(treeroll_policy* policy, const double* theta, size
     const Eigen::Map<const Eigen::VectorXd> numbers(theta, static_cast<Eigen::Index>(size));
     treeroll::PolicyPtr changed = policy->policy->with(numbers);
     auto controller = changed->controller();
+    treeroll::go_on_from(*policy->controller, *controller);  // it may be in motion
     policy->policy = std::move(changed);
     policy->controller = std::move(controller);
     return 0;

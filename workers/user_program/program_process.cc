@@ -245,6 +245,10 @@ void ProgramProcess::limit_cpu_time(double limit_s) const {
   prlimit(pid_, RLIMIT_CPU, &cpu, nullptr);
 }
 
-void ProgramProcess::kill() const { ::kill(pid_, SIGKILL); }
+void ProgramProcess::kill() const {
+  // One that leads a group of its own, as with an operator, takes along what it has started.
+  ::kill(-pid_, SIGKILL);
+  ::kill(pid_, SIGKILL);
+}
 
 }  // namespace treeroll::worker

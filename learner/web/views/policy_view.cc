@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "common/base/random_stream.h"
+#include "common/policy/policy_bounds.h"
 #include "learner/explore/perturbation.h"
 
 namespace treeroll::web {
@@ -93,7 +94,8 @@ json noise_view(const Policy& policy, const Eigen::VectorXd& mean, const Eigen::
     const Eigen::VectorXd theta =
         explore::perturb(mean, *factor, explore::normal_numbers(mean.size(), stream));
     try {
-      const std::unique_ptr<Controller> controller = policy.with(theta)->controller();
+      // Drawn as sketch() is: a rate's bound means nothing between points so far apart.
+      const auto controller = without_bounds(policy.with(theta))->controller();
       view["draws"].push_back(outputs_over(*controller, inputs, policy.output_dim()));
     } catch (const std::invalid_argument&) {
       continue;  // a theta that makes no policy: its roll-out would fail

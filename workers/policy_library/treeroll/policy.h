@@ -52,11 +52,13 @@ TREEROLL_API int treeroll_policy_get_theta(const treeroll_policy* policy, double
                                            size_t size);
 
 /* From now on the policy has this theta: theta_dim finite numbers. Where there is no such policy,
- * for a theta so extreme, it stays as it was. Returns 0 or -1. */
+ * for a theta so extreme, it stays as it was. In the midst of a roll-out what bounds the rate of the
+ * outputs goes on from the last output. Returns 0 or -1. */
 TREEROLL_API int treeroll_policy_set_theta(treeroll_policy* policy, const double* theta,
                                            size_t size);
 
-/* To be called before each roll-out: a policy with a state of its own begins anew. */
+/* To be called before each roll-out: a policy with a state of its own begins anew,
+ * and what bounds the rate of its outputs forgets the last one: never to be called in motion. */
 TREEROLL_API int treeroll_policy_start(treeroll_policy* policy);
 
 /* What the policy gives for an input, in the units of its task: input_dim finite numbers in,

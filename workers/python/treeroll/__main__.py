@@ -68,7 +68,10 @@ def show_log(arguments: argparse.Namespace) -> None:
     if arguments.csv and not arguments.channel:
         sys.exit("--csv has the fields of one type: name its --channel")
     reader = Reader(arguments.file)
-    with open(arguments.output, "w", newline="") if arguments.output else nullcontext(sys.stdout) as out:
+    with open(arguments.file, "rb"):
+        pass  # what cannot be read leaves no output behind
+    # "x": whatever stands there, the log itself even, is left as it is.
+    with open(arguments.output, "x", newline="") if arguments.output else nullcontext(sys.stdout) as out:
         if arguments.csv:
             write_csv(reader, arguments.channel, out)
         else:
@@ -76,7 +79,7 @@ def show_log(arguments: argparse.Namespace) -> None:
     for channel, count in reader.unknown.items():
         # Its records are checked one by one and are no messages.
         hint = ": treeroll-replay DIR --export reads it" if channel == "TREEROLL_JOURNAL" else ""
-        print(f"{count} messages of {channel} are of no type that is known here{hint}", file=sys.stderr)
+        print(f"{count} messages of {channel!r} are of no type that is known here{hint}", file=sys.stderr)
 
 
 def main() -> None:
@@ -96,7 +99,7 @@ def main() -> None:
     log.add_argument("file", type=Path, help="of lcm-logger")
     log.add_argument("--channel", help="of this one alone, such as TREEROLL_RUNS")
     log.add_argument("--csv", action="store_true", help="a row a message of the channel")
-    log.add_argument("--output", type=Path, help="file to write to [standard output]")
+    log.add_argument("--output", type=Path, help="a new file to write to [standard output]")
     log.set_defaults(work=show_log)
     arguments = parser.parse_args()
     try:

@@ -14,6 +14,7 @@ _SYNC = 0xEDA1DA01
 _HEAD = struct.Struct(">IQQII")
 _CHANNEL_BYTES_MOST = 1 << 10
 _DATA_BYTES_MOST = 1 << 30
+_CHANNELS_MOST = 100  # that are counted one by one: a log may have any number
 
 
 class LogError(ValueError):
@@ -71,7 +72,9 @@ class Reader:
                 kind = self._types.kind_of(event.data)
                 yield event, self._types.decode(kind, event.data)
             except MessageError:
-                self.unknown[event.channel] = self.unknown.get(event.channel, 0) + 1
+                known = event.channel in self.unknown or len(self.unknown) < _CHANNELS_MOST
+                name = event.channel if known else "other channels"
+                self.unknown[name] = self.unknown.get(name, 0) + 1
 
 
 def write_lines(reader: Reader, channel: Optional[str], out: IO[str]) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import dataclasses
 import fcntl
+import functools
+import math
 import os
 import select
 import termios
@@ -36,8 +38,9 @@ def with_operator(task: Type[Task], patience_s: float = 3600.0) -> Type[Task]:
     Several evaluators of one terminal take turns. Without the terminal nothing moves. Another one
     than the worker's is named by the environment: ``TREEROLL_OPERATOR_TERMINAL=/dev/pts/3``.
 
-    :param patience_s: how long a trial may wait for the operator, at most a day with the task's own
-        time limit; then it hangs, as any roll-out past its limit
+    :param patience_s: how long a trial may wait to begin, and how long to be accepted; at most a day
+        in all. One that has waited so long to begin is void. One that has moved and waits longer
+        hangs, as any roll-out past its limit
     """
 
     class WithOperator(task):  # type: ignore[misc, valid-type]
@@ -50,17 +53,26 @@ def with_operator(task: Type[Task], patience_s: float = 3600.0) -> Type[Task]:
 
         def describe(self) -> Description:
             said = super().describe()
-            limit_s = min(said.time_limit_s + patience_s, _TIME_LIMIT_MOST_S)
-            return dataclasses.replace(said, time_limit_s=limit_s, deterministic=False,
-                                       repeatable=False)
+            # Once before the trial and once after it: a robot is not stopped in the midst of one.
+            self._patience_s = min(patience_s, (_TIME_LIMIT_MOST_S - said.time_limit_s) / 2)
+            return dataclasses.replace(said, time_limit_s=said.time_limit_s + 2 * self._patience_s,
+                                       deterministic=False, repeatable=False)
 
         def evaluate(self, policy: Policy, seed: int) -> float:
+            # Waiting for the terminal counts too. So a trial that begins has its time before it.
+            begin_until = time.monotonic() + self._patience_s
             with self._desk as desk:
-                desk.ask(f"{self.name}, seed {seed}: Enter begins, r rejects, p pauses", "")
+                desk.ask(f"{self.name}, seed {seed}: Enter begins, r rejects, p pauses", "",
+                         until=begin_until)
                 try:
                     reward = float(super().evaluate(policy, seed))
-                except Failed as error:
-                    desk.ask(f"failed: {error}. a accepts that, r tries again, p pauses", "a")
+                    if not math.isfinite(reward):
+                        raise Failed(f"the reward is {reward}")
+                except (Discarded, MemoryError):
+                    raise
+                except Exception as error:  # of the task, of the robot, of the policy's bounds
+                    what = str(error) or type(error).__name__
+                    desk.ask(f"failed: {what}. a accepts that, r tries again, p pauses", "a")
                     raise
                 terms = "".join(f", {name} {x:.4g}" for name, x in self.terms.items())
                 desk.ask(f"reward {reward:.4g}{terms}. a accepts, r tries again, p pauses", "a")
@@ -79,6 +91,7 @@ class _Desk:
             raise Refused("name", "needs a terminal for its operator: start the worker in one, or "
                                   f"name one, {TERMINAL_VARIABLE}=/dev/pts/N")
         self._terminal: Optional[int] = None
+        self._until = math.inf
         _leave_job_control()
         os.close(self._opened())  # what cannot be opened is told now, not at the first trial
 
@@ -90,8 +103,10 @@ class _Desk:
     def __exit__(self, *_: object) -> None:
         self._close()
 
-    def ask(self, question: str, answer: str) -> None:
-        """Returns at this answer. Raises Discarded where the operator rejects."""
+    def ask(self, question: str, answer: str, until: float = math.inf) -> None:
+        """Returns at this answer. Raises Discarded where the operator rejects, or has not given it
+        by then on the monotonic clock."""
+        self._until = until
         asked = question
         while True:
             said = self._line(f"treeroll: {asked} > ")
@@ -116,7 +131,9 @@ class _Desk:
             termios.tcflush(self._terminal, termios.TCIFLUSH)
             os.write(self._terminal, prompt.encode("utf-8", "replace"))
             while not typed.endswith(b"\n"):
-                select.select([self._terminal], [], [])
+                left_s = None if self._until == math.inf else max(self._until - time.monotonic(), 0)
+                if not select.select([self._terminal], [], [], left_s)[0]:
+                    raise Discarded("the operator did not answer")
                 part = os.read(self._terminal, 4096)
                 if not part:
                     return None
@@ -128,6 +145,8 @@ class _Desk:
     def _wait_for_terminal(self) -> None:
         self._close()
         while self._terminal is None:
+            if time.monotonic() > self._until:
+                raise Discarded("the operator's terminal is gone")
             time.sleep(1)
             try:
                 self.__enter__()
@@ -151,13 +170,18 @@ class _Desk:
             self._terminal = None
 
 
+@functools.lru_cache(maxsize=None)
 def _own_terminal() -> Optional[str]:
-    """The path of this process's terminal. /dev/tty is none that outlives _leave_job_control()."""
+    """The path of the terminal this process was started in. /dev/tty is none that outlives
+    _leave_job_control(), after which a process has none: so it is found once, whatever tasks come."""
     number = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[4])
     device = os.makedev((number >> 8) & 0xFFF, (number & 0xFF) | ((number >> 12) & 0xFFF00))
     for path in (*Path("/dev/pts").glob("*"), *Path("/dev").glob("tty*")):
-        if number and path.stat().st_rdev == device:
-            return str(path)
+        try:
+            if number and path.stat().st_rdev == device:
+                return str(path)
+        except FileNotFoundError:
+            continue  # another terminal that has just ended
     return None
 
 
