@@ -4,12 +4,13 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "common/base/settings_reader.h"
+#include "common/policy/input_range.h"
 #include "learner/fit/missing_outputs.h"
 #include "learner/fit/relative_error.h"
 
@@ -78,9 +79,7 @@ LinearRange read_linear_range(SettingsReader& policy) {
   const std::vector<double> ends = policy.numbers(
       "range", kAnyNumber, 2, 2, {},
       {.meaning = "The inputs that the policy is over, first and last", .example = "[0.0, 2.0]"});
-  if (!(ends[0] < ends[1]) || !std::isfinite(ends[1] - ends[0])) {
-    policy.refuse("range", "must begin before it ends");
-  }
+  if (!is_input_range(ends[0], ends[1])) policy.refuse("range", kInputRangeRule);
   return {ends[0], ends[1]};
 }
 
@@ -97,6 +96,10 @@ Demonstration read_curve(SettingsReader& policy, const StartSources& sources) {
   if (!is_complete(demonstration.data)) {
     policy.refuse("demonstration",
                   "of this kind of policy must have all outputs: some are missing");
+  }
+  const LinearRange range = range_of(demonstration);
+  if (!is_input_range(range.low, range.high)) {
+    policy.refuse("demonstration", std::string("the range of its input ") + kInputRangeRule);
   }
   return demonstration;
 }

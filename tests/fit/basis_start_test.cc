@@ -113,6 +113,8 @@ TEST(BasisStartTest, RefusesWhatCannotBeUsedNamingTheKey) {
       {R"({"kind": "dmp", "start": "constant", "range": [1e16, 1.0000000000000004e16]})",
        "policy.range"},
       {R"({"kind": "dmp", "start": "constant", "range": [2, 1]})", "must begin before it ends"},
+      {R"({"kind": "rbf", "start": "constant", "range": [0, 5e-324]})", "by 1e-300 to 1e300"},
+      {R"({"kind": "spline", "start": "constant", "range": [0, 1.7e308]})", "by 1e-300 to 1e300"},
       {R"({"kind": "rbf", "start": "constant", "range": [0, 1], "functions": "auto"})",
        "policy.functions"},
   };
