@@ -109,23 +109,27 @@ LinearRange range_of(const Demonstration& demonstration) {
 }
 
 StartPolicy linear_start(SettingsReader& policy, const StartSources& sources,
-                         const Demonstration& demonstration, std::shared_ptr<LinearPolicy> fitted) {
-  StartPolicy start{.policy = fitted,
+                         const Demonstration& demonstration, const LinearFormOf& form,
+                         const std::function<std::shared_ptr<LinearPolicy>()>& fit) {
+  StartPolicy start{.policy = {},
                     .log_likelihoods = {},
                     .demonstration = std::make_shared<const Eigen::MatrixXd>(demonstration.data),
                     .demonstration_text = demonstration.text};
-  if (!sources.fitted) return start;
+  if (!sources.fitted) {
+    start.policy = fit();
+    return start;
+  }
   const auto* known = dynamic_cast<const LinearPolicy*>(sources.fitted->policy.get());
   const auto require = [&](bool holds, const char* what) {
     if (holds) return;
     policy.refuse("demonstration",
                   fmt::format("the study's stored start is another one: its {} differs", what));
   };
-  require(known != nullptr && known->kind() == fitted->kind(), "kind");
+  require(known != nullptr && known->kind() == form.kind, "kind");
   require(known->layer() == 1, "explored layer");
-  require(known->coefficients().rows() == fitted->coefficients().rows() &&
-              known->form().content() == fitted->form().content() &&
-              known->coefficients().cols() == fitted->coefficients().cols(),
+  const LinearFormPtr described = form.of_size(static_cast<int>(known->coefficients().cols()));
+  require(described != nullptr && known->output_dim() + 1 == demonstration.data.rows() &&
+              known->form().content() == described->content(),
           "number of coefficients, layers or outputs");
   start.policy = sources.fitted->policy;
   return start;
