@@ -166,8 +166,9 @@ StartPolicy constant_network(SettingsReader& policy, int num_hidden, RandomStrea
     }
     ranges.push_back({ends[0], ends[1]});
   }
-  const std::vector<double> values = policy.numbers(
-      "values", {.min = -1e50, .max = 1e50}, 1, NetworkPolicy::kSignalsMax, std::vector<double>{0});
+  const std::vector<double> values =
+      policy.numbers("values", {.min = -1e50, .max = 1e50}, 1, NetworkPolicy::kSignalsMax,
+                     std::vector<double>{0}, {.meaning = "What each output begins with"});
   const auto num_outputs = static_cast<Eigen::Index>(values.size());
   Network network = drawn(std::move(ranges), num_hidden, Eigen::VectorXd::Zero(num_outputs), draws);
   for (Eigen::Index o = 0; o < num_outputs; ++o) {
