@@ -2,6 +2,7 @@
 
 #include "common/base/settings_reader.h"
 #include "learner/fit/demonstration_settings.h"
+#include "learner/fit/missing_outputs.h"
 #include "learner/fit/network_start.h"
 #include "learner/fit/spline_start.h"
 
@@ -15,7 +16,9 @@ StartPolicy read_automatic_start(SettingsReader& policy, const StartSources& sou
                                 : read_constant_spline(policy, {8});
   }
   const Demonstration demonstration = read_demonstration(policy.table("demonstration"), sources);
-  if (demonstration.input_dim > 1) return read_network_start(policy, sources);
+  if (demonstration.input_dim > 1 || !is_complete(demonstration.data)) {
+    return read_network_start(policy, sources);
+  }
   return can_be_corrected(demonstration) ? read_correction_start(policy, sources)
                                          : read_spline_start(policy, sources);
 }

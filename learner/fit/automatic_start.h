@@ -8,7 +8,8 @@ namespace treeroll {
 ///
 ///   kind = "auto"
 ///   [policy.demonstration]  # of one input: a correction of it; a spline if it cannot be corrected
-///                           # (several recordings, or a long one); of several inputs: a network
+///                           # (several recordings, or a long one); of several inputs, or where
+///                           # samples lack outputs: a network
 ///   start = "constant"      # or no demonstration, and
 ///   range = [0.0, 2.0]      # a spline of 8 over a time, with values as there; or
 ///   ranges = [[-1, 1], ..]  # a network of a state

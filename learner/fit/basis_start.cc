@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -17,6 +18,7 @@ constexpr int kFunctionsMin = 2;
 
 /// What tells the two kinds apart.
 struct BasisKind {
+  const char* name;
   const char* size_key;
   int size_max;
   int size_otherwise;  ///< of a constant start
@@ -63,26 +65,34 @@ StartPolicy fitted_basis(SettingsReader& policy, const StartSources& sources,
                          const BasisKind& kind) {
   const Demonstration demonstration = read_curve(policy, sources);
   const EndOutputs ends = end_outputs(demonstration.data);
+  const auto form = [&](int size) { return kind.form(size, range_of(demonstration), ends.first); };
   const auto fit = [&](int size) {
-    return fit_linear_policy(kind.form(size, range_of(demonstration), ends.first),
-                             demonstration.data, kind.has_goal ? ends.last : Eigen::VectorXd());
+    return fit_linear_policy(form(size), demonstration.data,
+                             kind.has_goal ? ends.last : Eigen::VectorXd());
   };
-  std::shared_ptr<LinearPolicy> fitted;
+  std::optional<int> named;
   if (!policy.has(kind.size_key) ||
       policy.is_word(kind.size_key, "auto",
                      {.meaning = "As few as meet the demonstration within a tenth of its rms"})) {
     policy.string(kind.size_key, "auto",
                   {.meaning = "\"auto\": as few as meet the demonstration within a tenth of its "
                               "rms; or as many as an integer says"});
+  } else {
+    named = read_size(policy, kind, std::nullopt);
+  }
+  const int num_goals = kind.has_goal ? 1 : 0;
+  const LinearFormOf described{kind.name, [&](int coefficients) {
+                                 const int size = coefficients - num_goals;
+                                 return named.value_or(size) == size ? form(size) : nullptr;
+                               }};
+  return linear_start(policy, sources, demonstration, described, [&] {
+    if (named) return fit(*named).start;
     try {
-      fitted = smallest_sufficient({kFunctionsMin, 1, kSufficientFunctionsMax}, kind.size_key, fit);
+      return smallest_sufficient({kFunctionsMin, 1, kSufficientFunctionsMax}, kind.size_key, fit);
     } catch (const FitError& error) {
       policy.refuse(kind.size_key, error.what());
     }
-  } else {
-    fitted = fit(read_size(policy, kind, std::nullopt)).start;
-  }
-  return linear_start(policy, sources, demonstration, std::move(fitted));
+  });
 }
 
 StartPolicy read_basis_start(SettingsReader& policy, const StartSources& sources,
@@ -102,6 +112,7 @@ StartPolicy read_basis_start(SettingsReader& policy, const StartSources& sources
 
 StartPolicy read_rbf_start(SettingsReader& policy, const StartSources& sources) {
   const BasisKind kind{
+      .name = "rbf",
       .size_key = "functions",
       .size_max = LinearPolicy::kSizeMax,
       .size_otherwise = 8,
@@ -115,7 +126,8 @@ StartPolicy read_rbf_start(SettingsReader& policy, const StartSources& sources) 
 }
 
 StartPolicy read_dmp_start(SettingsReader& policy, const StartSources& sources) {
-  const BasisKind kind{.size_key = "weights",
+  const BasisKind kind{.name = "dmp",
+                       .size_key = "weights",
                        .size_max = LinearPolicy::kSizeMax - 1,
                        .size_otherwise = 10,
                        .has_goal = true,

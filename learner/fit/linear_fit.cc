@@ -4,12 +4,13 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "common/base/settings_reader.h"
+#include "common/policy/input_range.h"
 #include "learner/fit/missing_outputs.h"
 #include "learner/fit/relative_error.h"
 
@@ -78,9 +79,7 @@ LinearRange read_linear_range(SettingsReader& policy) {
   const std::vector<double> ends = policy.numbers(
       "range", kAnyNumber, 2, 2, {},
       {.meaning = "The inputs that the policy is over, first and last", .example = "[0.0, 2.0]"});
-  if (!(ends[0] < ends[1]) || !std::isfinite(ends[1] - ends[0])) {
-    policy.refuse("range", "must begin before it ends");
-  }
+  if (!is_input_range(ends[0], ends[1])) policy.refuse("range", kInputRangeRule);
   return {ends[0], ends[1]};
 }
 
@@ -98,6 +97,10 @@ Demonstration read_curve(SettingsReader& policy, const StartSources& sources) {
     policy.refuse("demonstration",
                   "of this kind of policy must have all outputs: some are missing");
   }
+  const LinearRange range = range_of(demonstration);
+  if (!is_input_range(range.low, range.high)) {
+    policy.refuse("demonstration", std::string("the range of its input ") + kInputRangeRule);
+  }
   return demonstration;
 }
 
@@ -106,23 +109,27 @@ LinearRange range_of(const Demonstration& demonstration) {
 }
 
 StartPolicy linear_start(SettingsReader& policy, const StartSources& sources,
-                         const Demonstration& demonstration, std::shared_ptr<LinearPolicy> fitted) {
-  StartPolicy start{.policy = fitted,
+                         const Demonstration& demonstration, const LinearFormOf& form,
+                         const std::function<std::shared_ptr<LinearPolicy>()>& fit) {
+  StartPolicy start{.policy = {},
                     .log_likelihoods = {},
                     .demonstration = std::make_shared<const Eigen::MatrixXd>(demonstration.data),
                     .demonstration_text = demonstration.text};
-  if (!sources.fitted) return start;
+  if (!sources.fitted) {
+    start.policy = fit();
+    return start;
+  }
   const auto* known = dynamic_cast<const LinearPolicy*>(sources.fitted->policy.get());
   const auto require = [&](bool holds, const char* what) {
     if (holds) return;
     policy.refuse("demonstration",
                   fmt::format("the study's stored start is another one: its {} differs", what));
   };
-  require(known != nullptr && known->kind() == fitted->kind(), "kind");
+  require(known != nullptr && known->kind() == form.kind, "kind");
   require(known->layer() == 1, "explored layer");
-  require(known->coefficients().rows() == fitted->coefficients().rows() &&
-              known->form().content() == fitted->form().content() &&
-              known->coefficients().cols() == fitted->coefficients().cols(),
+  const LinearFormPtr described = form.of_size(static_cast<int>(known->coefficients().cols()));
+  require(described != nullptr && known->output_dim() + 1 == demonstration.data.rows() &&
+              known->form().content() == described->content(),
           "number of coefficients, layers or outputs");
   start.policy = sources.fitted->policy;
   return start;

@@ -1,5 +1,10 @@
 #pragma once
 
+#include <functional>
+#include <memory>
+#include <string_view>
+#include <vector>
+
 #include "common/policy/linear/linear_policy.h"
 #include "common/policy/policy_registry.h"
 #include "learner/fit/demonstration_settings.h"
@@ -38,8 +43,16 @@ std::vector<double> read_constant_outputs(SettingsReader& policy);
 Demonstration read_curve(SettingsReader& policy, const StartSources& sources);
 LinearRange range_of(const Demonstration& demonstration);
 
-/// The start policy, or the one that the sources have, if it is such a policy.
+/// What a study says of a linear policy.
+struct LinearFormOf {
+  std::string_view kind;
+  /// Its form with so many coefficients of an output; null where the study has no such form.
+  std::function<LinearFormPtr(int size)> of_size;
+};
+
+/// The policy that the sources have, if it is such a policy: then nothing is fitted. Else the fit.
 StartPolicy linear_start(SettingsReader& policy, const StartSources& sources,
-                         const Demonstration& demonstration, std::shared_ptr<LinearPolicy> fitted);
+                         const Demonstration& demonstration, const LinearFormOf& form,
+                         const std::function<std::shared_ptr<LinearPolicy>()>& fit);
 
 }  // namespace treeroll

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "common/base/mirrored.h"
 #include "common/base/random_stream.h"
 #include "common/base/settings_reader.h"
+#include "common/policy/input_range.h"
 #include "common/policy/network/network_policy.h"
 #include "learner/fit/demonstration_settings.h"
 #include "learner/fit/levenberg_marquardt.h"
@@ -159,8 +161,8 @@ StartPolicy constant_network(SettingsReader& policy, int num_hidden, RandomStrea
        policy.rows("ranges", kAnyNumber, NetworkPolicy::kSignalsMax, 2, 2, {},
                    {.meaning = "Where each input is expected, a row each",
                    .example = "[[-1.0, 1.0], [-3.0, 3.0]]"})) {
-    if (!(ends[0] < ends[1]) || !std::isfinite(ends[1] - ends[0])) {
-      policy.refuse("ranges", "each must begin before it ends");
+    if (!is_input_range(ends[0], ends[1])) {
+      policy.refuse("ranges", std::string("each ") + kInputRangeRule);
     }
     ranges.push_back({ends[0], ends[1]});
   }
@@ -206,6 +208,11 @@ StartPolicy read_network_start(SettingsReader& policy, const StartSources& sourc
     }
     start.policy = sources.fitted->policy;
     return start;
+  }
+  for (int i = 0; i < demonstration.input_dim; ++i) {
+    const auto inputs = demonstration.data.row(i);
+    if (is_input_range(inputs.minCoeff(), inputs.maxCoeff())) continue;
+    policy.refuse("demonstration", fmt::format("the range of input {} {}", i + 1, kInputRangeRule));
   }
   const int num_starts = count_starts(policy, demonstration, num_hidden);
   try {

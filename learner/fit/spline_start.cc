@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -59,19 +60,21 @@ int read_degree(SettingsReader& policy) {
                      {.meaning = "Of the polynomials that the spline is made of"}));
 }
 
-std::shared_ptr<LinearPolicy> fit_sufficient_spline(SettingsReader& policy, int degree,
-                                                    LinearRange range,
-                                                    const Eigen::MatrixXd& data) {
-  const auto fit = [&](int size) {
-    auto ladder =
-        std::make_shared<const SplineLadder>(BSpline(degree, size, range.low, range.high), 1);
-    return fit_linear_policy(std::make_shared<SplineForm>(std::move(ladder), nullptr), data);
-  };
+std::shared_ptr<LinearPolicy> fit_sufficient_spline(
+    SettingsReader& policy, int degree, const std::function<LinearFormPtr(int size)>& form,
+    const Eigen::MatrixXd& data) {
+  const auto fit = [&](int size) { return fit_linear_policy(form(size), data); };
   try {
     return smallest_sufficient({degree + 1, 1, kSufficientFunctionsMax}, "coefficients", fit);
   } catch (const FitError& error) {
     policy.refuse("coefficients", error.what());
   }
+}
+
+/// Where a study says how many coefficients there are.
+LinearFormOf only(const LinearFormPtr& form) {
+  return {form->kind(),
+          [form](int size) { return size == form->finest().size() ? form : nullptr; }};
 }
 
 }  // namespace
@@ -104,21 +107,25 @@ StartPolicy read_spline_start(SettingsReader& policy, const StartSources& source
   const int degree = read_degree(policy);
   const Demonstration demonstration = read_curve(policy, sources);
   const LinearRange range = range_of(demonstration);
-  std::shared_ptr<LinearPolicy> fitted;
+  const Eigen::MatrixXd& data = demonstration.data;
   if (!policy.has("coefficients") ||
       policy.is_word("coefficients", "auto",
                      {.meaning = "As few as meet the demonstration within a tenth of its rms"})) {
     policy.string("coefficients", "auto",
                   {.meaning = "\"auto\": as few as meet the demonstration within a tenth of its "
                               "rms; or as many as a list of integers says"});
-    fitted = fit_sufficient_spline(policy, degree, range, demonstration.data);
-  } else {
-    auto ladder = read_ladder(policy, degree, range, {}, "\"auto\"");
-    fitted = fit_linear_policy(std::make_shared<SplineForm>(std::move(ladder), nullptr),
-                               demonstration.data)
-                 .start;
+    const auto form = [&](int size) -> LinearFormPtr {
+      if (size <= degree) return nullptr;
+      return std::make_shared<SplineForm>(
+          std::make_shared<SplineLadder>(BSpline(degree, size, range.low, range.high), 1), nullptr);
+    };
+    return linear_start(policy, sources, demonstration, {"spline", form},
+                        [&] { return fit_sufficient_spline(policy, degree, form, data); });
   }
-  return linear_start(policy, sources, demonstration, std::move(fitted));
+  const LinearFormPtr form =
+      std::make_shared<SplineForm>(read_ladder(policy, degree, range, {}, "\"auto\""), nullptr);
+  return linear_start(policy, sources, demonstration, only(form),
+                      [&] { return fit_linear_policy(form, data).start; });
 }
 
 bool can_be_corrected(const Demonstration& demonstration) {
@@ -155,10 +162,9 @@ StartPolicy read_correction_start(SettingsReader& policy, const StartSources& so
                               error.what()));
   }
   Eigen::MatrixXd nothing = Eigen::MatrixXd::Zero(data.rows() - 1, ladder->finest().size());
-  return linear_start(policy, sources, demonstration,
-                      std::make_shared<LinearPolicy>(
-                          std::make_shared<SplineForm>(std::move(ladder), std::move(recorded)),
-                          std::move(nothing), 1));
+  const LinearFormPtr form = std::make_shared<SplineForm>(std::move(ladder), std::move(recorded));
+  return linear_start(policy, sources, demonstration, only(form),
+                      [&] { return std::make_shared<LinearPolicy>(form, std::move(nothing), 1); });
 }
 
 }  // namespace treeroll

@@ -58,6 +58,16 @@ TEST(AutomaticStartTest, AStateIsTheInputOfANetwork) {
   EXPECT_EQ(start.policy->input_dim(), 2);
 }
 
+/// No other kind takes a sample that lacks an output.
+TEST(AutomaticStartTest, SamplesThatLackOutputsAreFittedByANetwork) {
+  const StartPolicy start = read_chosen(
+      R"({"kind": "auto", "hidden": 1, "demonstration": {"kind": "csv", "files": ["a.csv"],
+          "inputs": ["t"], "outputs": ["x", "y"], "missing_outputs": true}})",
+      "t,x,y\n0,1,2\n1,3,\n2,0,1\n3,1,0\n4,,1\n");
+  EXPECT_EQ(start.policy->kind(), "network");
+  EXPECT_EQ(start.policy->output_dim(), 2);
+}
+
 TEST(AutomaticStartTest, StartsFromNothing) {
   const StartPolicy path =
       read_chosen(R"({"kind": "auto", "start": "constant", "range": [0, 2], "values": [1, 2]})");

@@ -78,6 +78,24 @@ TEST(BasisStartTest, CountsItsFunctionsItselfAndResolvesToTheSamePolicy) {
   }
 }
 
+/// Another processor may have counted one more: a study that has learnt from it must go on.
+TEST(BasisStartTest, AStoredStartIsTakenWhateverItsCountIfTheStudyNamesNone) {
+  for (const auto& [kind, size] :
+       {std::pair{"rbf", "functions"}, {"dmp", "weights"}, {"spline", "coefficients"}}) {
+    const std::string begin = R"({"kind": ")" + std::string(kind) + "\"";
+    const bool is_spline = std::string(kind) == "spline";
+    const StartPolicy stored =
+        read_basis(begin + ", \"" + size + "\": " + (is_spline ? "[20]" : "20") + "}");
+    EXPECT_EQ(read_basis(begin + "}", nullptr, {.fitted = &stored}).policy, stored.policy) << kind;
+    const auto named = begin + ", \"" + size + "\": " + (is_spline ? "[19]" : "19") + "}";
+    EXPECT_THROW(read_basis(named, nullptr, {.fitted = &stored}), ConfigError) << kind;
+    const std::string longer = begin + R"(, "demonstration": {"duration_s": 3.0}})";
+    EXPECT_THROW(read_basis(longer, nullptr, {.fitted = &stored}), ConfigError) << kind;
+  }
+  const StartPolicy coarse = read_basis(R"({"kind": "spline", "degree": 0, "coefficients": [2]})");
+  EXPECT_THROW(read_basis(R"({"kind": "spline"})", nullptr, {.fitted = &coarse}), ConfigError);
+}
+
 TEST(BasisStartTest, StartsFromNothing) {
   for (const char* kind : {"rbf", "dmp"}) {
     const StartPolicy start =
@@ -113,6 +131,8 @@ TEST(BasisStartTest, RefusesWhatCannotBeUsedNamingTheKey) {
       {R"({"kind": "dmp", "start": "constant", "range": [1e16, 1.0000000000000004e16]})",
        "policy.range"},
       {R"({"kind": "dmp", "start": "constant", "range": [2, 1]})", "must begin before it ends"},
+      {R"({"kind": "rbf", "start": "constant", "range": [0, 5e-324]})", "by 1e-300 to 1e300"},
+      {R"({"kind": "spline", "start": "constant", "range": [0, 1.7e308]})", "by 1e-300 to 1e300"},
       {R"({"kind": "rbf", "start": "constant", "range": [0, 1], "functions": "auto"})",
        "policy.functions"},
   };

@@ -60,6 +60,20 @@ TEST(TrackTaskTest, ItsTraceHasTheGoalsAndTheSameReward) {
   EXPECT_NEAR(trace.numbers().back(), -.3 - .05, 1e-9);  // after half a turn
 }
 
+TEST(TrackTaskTest, ItsTraceShowsTheMotionUnlessTheLinksVary) {
+  Trace trace;
+  evaluate_traced(*standard_task("track", R"({"plant": "rk4", "step_s": 0.005})"), line(0, 0), 0,
+                  trace);
+  ASSERT_EQ(trace.poses().size(), 801U);
+  EXPECT_NEAR(trace.poses()[0].at(1).front().x_m, .25, 1e-15);  // the cart's joint
+  Trace of_varied;
+  evaluate_traced(*standard_task("track", R"({"plant": "rk4", "step_s": 0.005,
+                                              "variation": {"parameter_fraction": 0.1}})"),
+                  line(0, 0), 0, of_varied);
+  EXPECT_GT(of_varied.numbers().size(), 0U);
+  EXPECT_TRUE(of_varied.poses().empty());
+}
+
 TEST(TrackTaskTest, RefusesASettingWithItsKey) {
   for (const auto& [settings, key] : {std::pair{R"({"amplitudes": []})", "amplitudes"},
                                       {R"({"amplitudes": [11]})", "amplitudes"},

@@ -28,6 +28,14 @@ sim::CartPendulumState hanging_at(const std::vector<double>& amplitudes_m) {
   return state;
 }
 
+/// @param links  takes what is seen of it
+VariedPlant read_plant(SettingsReader& settings, std::optional<sim::DoublePendulum>& links) {
+  const sim::PlantSettings plant = sim::read_plant_settings(settings);
+  const PlantVariation variation = read_plant_variation(settings);
+  links = visible_links(plant, variation);
+  return {plant, variation};
+}
+
 /// How far a roll-out has been from its goal, output step by output step.
 class Distance {
  public:
@@ -56,7 +64,7 @@ TrackTask::TrackTask(SettingsReader& settings)
       alpha_(settings.number("alpha", kPositive, 5,
                              {.meaning = "How steeply the reward falls with the distance"})),
       time_limit_s_(read_time_limit_s(settings)),
-      plant_(sim::read_plant_settings(settings), read_plant_variation(settings)),
+      plant_(read_plant(settings, links_)),
       start_(hanging_at(amplitudes_m_)),
       input_times_s_(plant_.plant().input_times(duration_s_)) {
   const auto path_mps2 = [&](double time_s, const sim::CartPendulumState&) {

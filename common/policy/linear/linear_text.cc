@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "common/policy/input_range.h"
 #include "common/policy/linear/basis_form.h"
 #include "common/policy/linear/linear_policy.h"
 #include "common/policy/linear/spline_form.h"
@@ -23,9 +23,7 @@ Ends read_range(const PolicyText& content) {
   const PolicyText ends = content.at("range");
   ends.list_size(2, 2);
   const Ends range{ends.at(0).number(), ends.at(1).number()};
-  if (!(range.low < range.high) || !std::isfinite(range.high - range.low)) {
-    ends.refuse("must begin before it ends");
-  }
+  if (!is_input_range(range.low, range.high)) ends.refuse(kInputRangeRule);
   return range;
 }
 

@@ -1,9 +1,9 @@
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "common/policy/input_range.h"
 #include "common/policy/network/network_policy.h"
 
 namespace treeroll {
@@ -16,9 +16,7 @@ std::vector<Network::Range> read_ranges(const PolicyText& ranges) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     ranges.at(i).list_size(2, 2);
     all[i] = {ranges.at(i).at(0).number(), ranges.at(i).at(1).number()};
-    if (!(all[i].low < all[i].high) || !std::isfinite(all[i].high - all[i].low)) {
-      ranges.at(i).refuse("must begin before it ends");
-    }
+    if (!is_input_range(all[i].low, all[i].high)) ranges.at(i).refuse(kInputRangeRule);
   }
   return all;
 }

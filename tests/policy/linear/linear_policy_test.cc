@@ -183,6 +183,10 @@ TEST(LinearPolicyTest, RefusesTextsThatAreNoPolicyWithTheirPlace) {
   const nlohmann::json radial = nlohmann::json::parse(to_json(*examples()[6]));
   const nlohmann::json primitive = nlohmann::json::parse(to_json(*examples()[7]));
   EXPECT_THAT(refusal(radial, "/range", {1, 1}), HasSubstr("$.range"));
+  for (const nlohmann::json& text : {spline, radial, primitive}) {
+    EXPECT_THAT(refusal(text, "/range", {0, 5e-324}), HasSubstr("$.range"));
+    EXPECT_THAT(refusal(text, "/range", {0, 1.7e308}), HasSubstr("by 1e-300 to 1e300"));
+  }
   EXPECT_THAT(refusal(radial, "/layer", 2), HasSubstr("$.layer"));
   EXPECT_THAT(refusal(radial, "/coefficients", {{1}}), HasSubstr("$.coefficients[0]"));
   EXPECT_THAT(refusal(radial, "/coefficients/1", {1, 2}), HasSubstr("$.coefficients[1]"));

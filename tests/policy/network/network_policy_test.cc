@@ -111,6 +111,7 @@ TEST(NetworkPolicyTest, RefusesTextsThatAreNoPolicyWithTheirPlace) {
     return policy ? std::string("accepted") : policy.error().message;
   };
   EXPECT_THAT(refusal("/ranges/1", {3, 3}), HasSubstr("$.ranges[1]"));
+  EXPECT_THAT(refusal("/ranges/1", {0, 5e-324}), HasSubstr("$.ranges[1]"));
   EXPECT_THAT(refusal("/ranges", nlohmann::json::array()), HasSubstr("$.ranges"));
   EXPECT_THAT(refusal("/inner/2", {1, 2}), HasSubstr("$.inner[2]"));
   EXPECT_THAT(refusal("/outer/0", {1, 2}), HasSubstr("$.outer[0]"));
