@@ -25,6 +25,8 @@ using Mac = std::array<unsigned char, kMacBytes>;
 /// Of all that are remembered; the one that has been silent longest goes, first of those that have
 /// proved nothing.
 constexpr std::size_t kSendersMax = 4 * protocol::kWorkersMax;
+/// Of the names that one worker's key may sign for: a stolen one pushes out no others.
+constexpr std::size_t kSendersPerKeyMax = protocol::kWorkersMax;
 /// Names that one process has had: a relay has one for each learner that it has served.
 constexpr std::size_t kOwnNamesMax = 1024;
 
@@ -125,18 +127,31 @@ Mac word_mac(const Key& key, Bytes digest) {
 
 }  // namespace
 
-Authenticator::Authenticator(KeyRing keys, bool only_watches) : only_watches_(only_watches) {
+Authenticator::Authenticator(KeyRing keys, bool only_watches, std::int64_t last_index)
+    : only_watches_(only_watches), last_index_(last_index) {
   CHECK(sodium_init() >= 0, "libsodium does not start");  // it finds the fastest BLAKE2b here
   set_keys(std::move(keys));
 }
 
 void Authenticator::set_keys(KeyRing keys) {
+  if (keys == keys_) return;  // its file was only touched
   keys_ = std::move(keys);
   announcements_.clear();
   for (const Key& key : keys_.learner_keys()) announcements_.push_back({0, announcement_key(key)});
   for (const WorkerKey& key : keys_.worker_keys()) announcements_.push_back({0, key.announcements});
   for (Announcements& one : announcements_) one.id = announcement_id(one.key);
-  for (auto& [id, known] : senders_) known.key.reset();
+  for (auto& [id, known] : senders_) {
+    if (!known.key) continue;
+    const std::int64_t key_id = known.key->id;
+    const bool follows = std::ranges::any_of(
+        keys_.learner_keys(),
+        [&known, key_id](const Key& learner) { return worker_key(learner, key_id) == *known.key; });
+    if (follows) continue;
+    // Its worker takes the words of this one before it signs with it.
+    known.key = keys_.is_learners()
+                    ? std::optional(worker_key(keys_.learner_keys().front(), key_id))
+                    : std::nullopt;
+  }
   own_keys_.clear();
 }
 
@@ -155,8 +170,8 @@ const std::vector<WorkerKey>& Authenticator::own_keys(SenderId worker) {
   return keys;
 }
 
-void Authenticator::note_own(SenderId id) {
-  if (!own_.insert(id).second) return;
+void Authenticator::note_own(SenderId id, bool as_worker) {
+  if (!own_.try_emplace(id, as_worker).second) return;
   own_row_.push_back(id);
   if (own_row_.size() <= kOwnNamesMax) return;
   own_.erase(own_row_.front());
@@ -164,16 +179,28 @@ void Authenticator::note_own(SenderId id) {
   own_row_.pop_front();
 }
 
+/// Whom a newcomer of this name replaces, if anybody: where its key has names enough, one of these.
+std::map<Authenticator::SenderId, Authenticator::Sender>::iterator Authenticator::to_put_out(
+    SenderId for_whom) {
+  const auto [first, last] = names_of_one_key(for_whom);
+  auto begin = senders_.lower_bound(first);
+  auto end = senders_.upper_bound(last);
+  if (static_cast<std::size_t>(std::distance(begin, end)) < kSendersPerKeyMax) {
+    if (senders_.size() < kSendersMax) return senders_.end();
+    begin = senders_.begin();
+    end = senders_.end();
+  }
+  return std::min_element(begin, end, [](const auto& a, const auto& b) {
+    return std::pair(a.second.window.has_value(), a.second.heard) <
+           std::pair(b.second.window.has_value(), b.second.heard);
+  });
+}
+
 Authenticator::Sender& Authenticator::sender(SenderId id) {
   auto found = senders_.find(id);
   if (found == senders_.end()) {
-    if (senders_.size() >= kSendersMax) {
-      senders_.erase(
-          std::min_element(senders_.begin(), senders_.end(), [](const auto& a, const auto& b) {
-            return std::pair(a.second.window.has_value(), a.second.heard) <
-                   std::pair(b.second.window.has_value(), b.second.heard);
-          }));
-    }
+    const auto victim = to_put_out(id);
+    if (victim != senders_.end()) senders_.erase(victim);
     found = senders_.try_emplace(id).first;
   }
   found->second.heard = ++num_heard_;
@@ -183,8 +210,8 @@ Authenticator::Sender& Authenticator::sender(SenderId id) {
 void Authenticator::sign(const protocol::Message& message, std::vector<std::byte>& bytes) {
   const Channel channel = channel_of(message);
   const SenderId self = sender_in(bytes);
-  note_own(self);
   const bool as_worker = is_of_worker(channel);
+  note_own(self, as_worker);
   CHECK(as_worker || keys_.is_learners(), "a worker's key speaks as a learner");
   std::vector<std::int64_t> named;
   if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) named = named_in(*batch);
@@ -240,7 +267,7 @@ std::optional<std::string> Authenticator::refusal_of_worker(Channel channel, Byt
   const std::int64_t key_id = key_id_in(bytes);
   const SenderId worker = sender_in(bytes);
   if (!may_sign_for(key_id, worker)) {
-    return fmt::format("{}: somebody with another worker's key speaks in the name of worker {}",
+    return fmt::format("{}: somebody with another key, or none, speaks in the name of worker {}",
                        channel_name(channel), worker);
   }
   if (const WorkerKey* key = key_of(worker);
@@ -308,12 +335,34 @@ bool Authenticator::words_are_right(const protocol::RolloutBatch& batch, Bytes b
   return true;
 }
 
+/// A batch that is signed for us, too: its index is this learner's, whatever others have said in
+/// its name with the key that they share. Where they have run ahead of it what it says to all
+/// counts from here again.
+Authenticator::Admission Authenticator::admit_word(SenderId from, std::int64_t index) {
+  Sender& live = sender(from);
+  if (!live.words) live.words.emplace(index);
+  if (!live.words->take(index)) return Admission::kReplayed;
+  if (!live.window || live.window->highest() >= index + ReplayWindow::kSize) {
+    live.window.emplace(index);
+  }
+  live.window->take(index);
+  return Admission::kTaken;
+}
+
 Authenticator::Admission Authenticator::admit(const protocol::Message& message, Bytes bytes) {
   const SenderId from = sender_in(bytes);
-  if (is_own(from)) return Admission::kTaken;  // our own, come back
+  // Our own, come back. What learners say to all others can sign too, so they could speak as a
+  // learner of a worker's name, which nobody has given a key for that.
+  if (const auto own = own_.find(from); own != own_.end()) {
+    const bool as_worker = is_of_worker(channel_of(message));
+    return own->second == as_worker && index_in(bytes) <= last_index_ ? Admission::kTaken
+                                                                      : Admission::kForged;
+  }
   const bool is_for_us = names_us(message);
   const auto* batch = std::get_if<protocol::RolloutBatch>(&message);
-  if (is_for_us && batch && !words_are_right(*batch, bytes)) return Admission::kForged;
+  if (is_for_us && batch) {
+    return words_are_right(*batch, bytes) ? admit_word(from, index_in(bytes)) : Admission::kForged;
+  }
   const auto known = senders_.find(from);
   const bool is_proven = known != senders_.end() && known->second.window;
   if (is_proven || is_for_us || only_watches_) {

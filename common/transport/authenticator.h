@@ -5,7 +5,6 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,9 +30,11 @@ class Authenticator {
  public:
   /// @param only_watches  says nothing that is answered, so nobody can prove to it that he lives:
   ///                      whatever is signed is taken, once each
-  explicit Authenticator(KeyRing keys, bool only_watches = false);
+  /// @param last_index    as if so many messages had been signed
+  explicit Authenticator(KeyRing keys, bool only_watches = false, std::int64_t last_index = 0);
 
-  /// From now on with these; who is known stays known.
+  /// From now on with these. Who is known stays known: a worker's key that follows from these too
+  /// is kept, and of one that does not the one that does is taken for it.
   void set_keys(KeyRing keys);
 
   /// Completes what encode() has made of the message. Precondition: what a learner says is signed
@@ -58,7 +59,9 @@ class Authenticator {
   struct Sender {
     std::optional<WorkerKey> key;        ///< of a worker; nothing while the ring is new
     std::optional<ReplayWindow> window;  ///< once it has proved that it lives
-    std::uint64_t heard = 0;             ///< by our count
+    /// Of a learner: of its words to us, which nobody else can sign. Announcements move the other.
+    std::optional<ReplayWindow> words;
+    std::uint64_t heard = 0;  ///< by our count
   };
   struct Announcements {
     std::int64_t id = 0;
@@ -68,9 +71,11 @@ class Authenticator {
   Sender& sender(SenderId id);
   const WorkerKey* key_of(SenderId worker) const;
   const std::vector<WorkerKey>& own_keys(SenderId worker);
-  void note_own(SenderId id);
+  std::map<SenderId, Sender>::iterator to_put_out(SenderId for_whom);
+  void note_own(SenderId id, bool as_worker);
   bool is_own(SenderId id) const { return own_.contains(id); }
   bool names_us(const protocol::Message& message) const;
+  Admission admit_word(SenderId from, std::int64_t index);
   bool words_are_right(const protocol::RolloutBatch& batch, std::span<const std::byte> bytes);
   std::optional<std::string> refusal_of_worker(Channel channel, std::span<const std::byte> bytes);
 
@@ -79,10 +84,10 @@ class Authenticator {
   std::vector<Announcements> announcements_;
   std::map<SenderId, Sender> senders_;
   std::uint64_t num_heard_ = 0;
-  std::set<SenderId> own_;
+  std::map<SenderId, bool> own_;  ///< whether it speaks as a worker; else as a learner
   std::deque<SenderId> own_row_;  ///< oldest first
   std::map<SenderId, std::vector<WorkerKey>> own_keys_;
-  std::int64_t last_index_ = 0;
+  std::int64_t last_index_;
 };
 
 }  // namespace treeroll::transport

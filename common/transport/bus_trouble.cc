@@ -18,8 +18,8 @@ std::vector<std::string> BusTrouble::news(const BusStatistics& statistics) {
   }
   if (statistics.num_replayed > 2 * num_replayed_told_) {
     lines.push_back(fmt::format(
-        "{} signed messages came a second time and were refused: the network doubles them, or "
-        "somebody plays a recording",
+        "{} signed messages came a second time, or late, and were refused: the network doubles or "
+        "delays them, or somebody plays a recording",
         statistics.num_replayed));
     num_replayed_told_ = statistics.num_replayed;
   }

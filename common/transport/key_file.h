@@ -19,8 +19,8 @@ class KeyFile {
   const std::filesystem::path& path() const { return path_; }
   const KeyRing& keys() const { return keys_; }
 
-  /// Reads it again if it has changed. @return whether keys() are others; an error, once for each
-  /// change, leaves them as they were
+  /// Reads it again if it has changed. @return whether keys() may be others; an error, once for
+  /// each change, leaves them as they were
   Result<bool> look_again();
 
  private:

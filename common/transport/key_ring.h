@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/base/result.h"
@@ -33,6 +34,7 @@ class KeyRing {
   const std::vector<WorkerKey>& worker_keys() const { return worker_keys_; }
   /// The name that a worker with this ring may take: `random` but for what it shares with its key.
   std::int64_t worker_id(std::int64_t random) const;
+  bool operator==(const KeyRing&) const = default;
 
  private:
   std::vector<Key> learner_keys_;
@@ -43,10 +45,15 @@ inline constexpr std::size_t kKeysPerRingMax = 4;
 inline constexpr std::size_t kKeyFileBytesMax = 4096;
 
 /// A worker's name begins as the id of its key does, so that no key speaks in the name of another
-/// one's worker: 24 of 63 bits.
+/// one's worker: 24 of 63 bits. The rest is its own.
+inline constexpr unsigned kOwnNameBits = 39;
 constexpr bool may_sign_for(std::int64_t key_id, std::int64_t worker) {
-  constexpr unsigned kBitsOfItsOwn = 39;
-  return key_id >> kBitsOfItsOwn == worker >> kBitsOfItsOwn;
+  return key_id >> kOwnNameBits == worker >> kOwnNameBits;
+}
+/// The first and the last name that a key may sign for which may sign for this one.
+constexpr std::pair<std::int64_t, std::int64_t> names_of_one_key(std::int64_t worker) {
+  constexpr std::int64_t kOwn = (std::int64_t{1} << kOwnNameBits) - 1;
+  return {worker & ~kOwn, worker | kOwn};
 }
 
 /// What follows from a learner's key: the key of what it says to all, and of the worker of this id.

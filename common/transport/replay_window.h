@@ -30,6 +30,8 @@ class ReplayWindow {
     return true;
   }
 
+  std::int64_t highest() const { return highest_; }
+
  private:
   static std::size_t place(std::int64_t index) { return static_cast<std::size_t>(index % kSize); }
 

@@ -37,7 +37,7 @@
 ///   integers     a list of at most so many integers within 0 and a highest value
 ///   maybe_hash   16 bytes or none
 ///   bytes        at most so many bytes of any value
-///   word_macs    authentication codes for the workers that are named; signature.h writes them
+///   word_macs    authentication codes for the workers that are named; Authenticator writes them
 ///   signature    key, index and authentication code, which messages do not carry either
 namespace treeroll::transport::wire {
 

@@ -45,7 +45,8 @@ std::string failures(const protocol::LearnerStatus& status) {
   std::vector<std::string> said;
   if (status.num_failed > 0) said.push_back(fmt::format("{} failed", status.num_failed));
   if (status.num_discarded > 0) said.push_back(fmt::format("{} discarded", status.num_discarded));
-  if (!status.last_failure.empty()) said.push_back("the last failure: " + for_log(status.last_failure));
+  if (!status.last_failure.empty())
+    said.push_back("the last failure: " + for_log(status.last_failure));
   return said.empty() ? "" : fmt::format("; {}", fmt::join(said, ", "));
 }
 
@@ -118,8 +119,8 @@ void ProgressLine::show(const transport::BusStatistics& bus, TimePoint now) {
   }
   if (bus.num_replayed > shown_bus_.num_replayed) {
     log_.add(now, LogLine::Level::kWarning, "messages that come twice",
-             fmt::format("{} signed messages came a second time and were refused: the network "
-                         "doubles them, or somebody plays a recording",
+             fmt::format("{} signed messages came a second time, or late, and were refused: the "
+                         "network doubles or delays them, or somebody plays a recording",
                          bus.num_replayed));
   }
   if (!bus.key_file_error.empty() && bus.key_file_error != shown_bus_.key_file_error) {

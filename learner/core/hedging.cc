@@ -30,8 +30,8 @@ std::vector<Idle> idle_workers(const Ledger& ledger, WorkerTable& workers, TimeP
     // Who has never answered anything stays late until it does.
     if (num_out(ledger, id) == 0 && worker.num_accepted > 0) worker.late = false;
     if (!worker.usable() || !worker.is_alive(now)) continue;
-    const int num_idle =
-        std::min(worker.num_evaluators - static_cast<int>(num_out(ledger, id)), worker.free_slots);
+    const int num_idle = std::min(worker.evaluators_shown() - static_cast<int>(num_out(ledger, id)),
+                                  worker.free_slots);
     if (num_idle > 0) idle.push_back({&worker, num_idle});
   }
   // Where all are doubtful one of them is asked: there is nobody else. First of all those who

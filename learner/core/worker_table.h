@@ -32,7 +32,7 @@ struct WorkerEntry {
   bool draining = false;
   bool distrusted = false;  ///< gave an answer no sound worker gives, and has said it was its own
   TimePoint trusted_again;  ///< then
-  int num_distrusts = 0;
+  int num_distrusts = 0;    ///< since its last good answer
   /// An answer no sound worker gives came in its name: its next word tells whether it was its own.
   struct Suspicion {
     std::int64_t index = 0;
@@ -70,8 +70,8 @@ struct WorkerEntry {
   /// One that refuses so much is asked for nothing until it has been forgotten what it refused.
   bool refuses_too_much() const { return refused.size() >= protocol::kRefusalsPerWorkerMax; }
   bool usable() const {
-    return num_evaluators > 0 && !draining && !distrusted && !suspicion && !other_class &&
-           !refuses_too_much() && hearing.hears();
+    return num_evaluators > 0 && !draining && !distrusted && !other_class && !refuses_too_much() &&
+           hearing.hears();
   }
   /// Nothing speaks against it: others of whom that is true are no better.
   bool is_first_choice() const { return hearing.is_first_choice() && !late; }

@@ -334,9 +334,12 @@ void Workforce::refuse(const Turn& turn, WorkerEntry& worker, const ContentHash&
                         worker.refused[definition].reason));
   const std::set<protocol::RolloutKey> leases = ledger_.leases_of(worker.id);
   for (const protocol::RolloutKey key : leases) {
-    const Question& question = ledger_.find(key)->question;
+    const Ledger::Entry& entry = *ledger_.find(key);
+    const Question& question = entry.question;
     const bool needs_it = question.task_id == definition || question.policy_id == definition;
-    if (needs_it) ledger_.take_back(key, worker.id);
+    // Anybody may have said it in its name: of what it has said to hold its next status tells.
+    const bool is_waited_for = !worker.is_known && entry.lease_of(worker.id)->confirmed;
+    if (needs_it && !is_waited_for) ledger_.take_back(key, worker.id);
   }
 }
 

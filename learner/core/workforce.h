@@ -134,8 +134,16 @@ class Workforce {
   bool note_unasked(const Turn& turn, const WorkerEntry& worker);
   bool compare_with_taken(const Turn& turn, const WorkerEntry& worker,
                           const protocol::RolloutResult& result, const TaskDescription& facts);
+  void compare_repeated(const Turn& turn, const WorkerEntry& worker,
+                        const protocol::RolloutResult& result);
+  void note_conflict(const Turn& turn, const WorkerEntry& worker,
+                     const protocol::RolloutResult& result, const Answer& before,
+                     const TaskDescription& facts);
   bool suspect(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result,
                std::int64_t index, const TaskDescription& facts);
+  void clear_of_suspicion(const Turn& turn, WorkerEntry& worker, const Ledger::Entry& answered,
+                          protocol::RolloutKey key);
+  bool forget_refusals_of(WorkerEntry& worker, const Question& question);
   void settle_suspicion(const Turn& turn, WorkerEntry& worker, const protocol::HeldRollouts& held);
   void forget_false_refusals(const Turn& turn, WorkerEntry& worker,
                              const protocol::HeldRollouts& held);

@@ -26,7 +26,10 @@ void Workforce::on(const Turn& turn, const protocol::RewardBatch& batch) {
     const std::int64_t index = batch.first_index + static_cast<std::int64_t>(num_read);
     // A repetition is looked at only if it answers what is still open: no index, however wrong,
     // can keep an answer out.
-    if (worker->results_read.contains(index) && !answers_open_question(result)) continue;
+    if (worker->results_read.contains(index) && !answers_open_question(result)) {
+      if (worker->asked) compare_repeated(turn, *worker, result);
+      continue;
+    }
     ledger_.forget_copy(result.key, worker->id);
     worker->late = false;
     if (!accept(turn, *worker, result, index)) break;
@@ -88,6 +91,7 @@ bool Workforce::accept(const Turn& turn, WorkerEntry& worker, const protocol::Ro
   const Ledger::Entry entry = close(key, worker.id);
   if (!entry.lease_of(worker.id)) ++ledger_.counters.late;
   worker.hearing.note_confirmed();
+  if (outcome.is_ok()) clear_of_suspicion(turn, worker, entry, key);
   ++worker.num_accepted;
   last_progress_ = turn.now;
   note_class(turn, worker);
@@ -108,19 +112,35 @@ bool Workforce::compare_with_taken(const Turn& turn, const WorkerEntry& worker,
     return true;
   }
   ++ledger_.counters.duplicate;
+  note_conflict(turn, worker, result, *before, facts);
+  return true;
+}
+
+/// Under this index something has been taken in the worker's name. If that was a stranger's, the
+/// worker's own answer comes under the same, and only here.
+void Workforce::compare_repeated(const Turn& turn, const WorkerEntry& worker,
+                                 const protocol::RolloutResult& result) {
+  const std::optional<ContentHash> task_id = client_.task_of(result.key);
+  const TaskDescription* facts = task_id ? facts_of(*task_id) : nullptr;
+  const std::optional<Answer> before = facts ? client_.answer_of(result.key) : std::nullopt;
+  if (before) note_conflict(turn, worker, result, *before, *facts);
+}
+
+/// Says so if these are two answers of which one must be wrong.
+void Workforce::note_conflict(const Turn& turn, const WorkerEntry& worker,
+                              const protocol::RolloutResult& result, const Answer& before,
+                              const TaskDescription& facts) {
   const bool comparable = facts.deterministic && !result.outcome.is_discarded() &&
-                          !before->outcome.is_discarded() &&
-                          before->numeric_class != kUnknownClass &&
-                          before->numeric_class == classes_.index(worker.numeric_class);
-  if (!comparable || before->outcome.agrees_with(result.outcome)) return true;
+                          !before.outcome.is_discarded() && before.numeric_class != kUnknownClass &&
+                          before.numeric_class == classes_.index(worker.numeric_class);
+  if (!comparable || before.outcome.agrees_with(result.outcome)) return;
   ++ledger_.counters.conflicting;
   turn.warn("suspicious results",
             fmt::format("{} gave reward {} where {} was accepted, run {} roll-out {}: one of two "
                         "workers of the same numeric class is broken, or somebody answers in "
                         "another one's name (--key-file)",
-                        describe(worker), result.outcome.reward(), before->outcome.reward(),
+                        describe(worker), result.outcome.reward(), before.outcome.reward(),
                         result.key.run, result.key.number));
-  return true;
 }
 
 void Workforce::note_timing(TimePoint now, WorkerEntry& worker,

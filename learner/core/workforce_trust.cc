@@ -19,18 +19,20 @@ constexpr const char* kRangeKind = "rewards out of range";
 }  // namespace
 
 /// A reward that no sound worker gives has come in this one's name. Anybody could have said it: the
-/// worker's next word tells whether it was its own. Until then it gets nothing, and nothing has
-/// been read: an answer of its own may come under this index.
+/// worker's next word tells whether it was its own. Nothing has been read: an answer of its own may
+/// come under this index.
 bool Workforce::suspect(const Turn& turn, WorkerEntry& worker,
                         const protocol::RolloutResult& result, std::int64_t index,
                         const TaskDescription& facts) {
+  // Its word of this index has been read: this is another's.
+  if (worker.results_read.contains(index)) return note_unasked(turn, worker);
   if (worker.suspicion) return false;
   ++ledger_.counters.rejected;
   worker.suspicion = {index, result.key};
   turn.write(
       {LogLine::Level::kError, kRangeKind,
-       fmt::format("{} gave reward {} outside the task's range {} to {}: it gets no work "
-                   "until it has said whether that was its own",
+       fmt::format("{} gave reward {} outside the task's range {} to {}: refused, and "
+                   "its next words tell whether that was its own",
                    describe(worker), result.outcome.reward(), facts.reward_min, facts.reward_max)});
   return false;
 }
@@ -66,6 +68,27 @@ void Workforce::settle_suspicion(const Turn& turn, WorkerEntry& worker,
   ledger_.take_back_all(worker.id);
 }
 
+/// It has answered this well. Who has done so has not refused what it needs, nor given the reward
+/// out of range: of two words one is another's.
+void Workforce::clear_of_suspicion(const Turn& turn, WorkerEntry& worker,
+                                   const Ledger::Entry& answered, protocol::RolloutKey key) {
+  worker.num_distrusts = 0;
+  const bool was_suspected = worker.suspicion && worker.suspicion->key == key;
+  if (was_suspected) worker.suspicion.reset();
+  if (!was_suspected && !forget_refusals_of(worker, answered.question)) return;
+  ++ledger_.counters.unasked;
+  turn.warn("strangers",
+            fmt::format("{} answers what it is said to refuse or to have given a reward "
+                        "out of range to: somebody spoke in its name; keys keep "
+                        "strangers out (--key-file)",
+                        describe(worker)));
+}
+
+/// @return whether it has refused what it needs for this
+bool Workforce::forget_refusals_of(WorkerEntry& worker, const Question& question) {
+  return worker.refused.erase(question.task_id) + worker.refused.erase(question.policy_id) > 0;
+}
+
 /// Who works with a definition has not refused it: somebody did in its name.
 void Workforce::forget_false_refusals(const Turn& turn, WorkerEntry& worker,
                                       const protocol::HeldRollouts& held) {
@@ -73,9 +96,7 @@ void Workforce::forget_false_refusals(const Turn& turn, WorkerEntry& worker,
   for (const protocol::RolloutKey key : held.keys) {
     const Ledger::Entry* open = ledger_.find(key);
     if (!open || !open->was_asked(worker.id)) continue;
-    const std::size_t num_false = worker.refused.erase(open->question.task_id) +
-                                  worker.refused.erase(open->question.policy_id);
-    if (num_false == 0) continue;
+    if (!forget_refusals_of(worker, open->question)) continue;
     ++ledger_.counters.unasked;
     turn.warn("strangers",
               fmt::format("{} works with what it is said to refuse: somebody spoke in its name; "

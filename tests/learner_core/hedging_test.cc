@@ -60,6 +60,17 @@ TEST_F(HedgingTest, WhatIsHeldFarLongerThanItTakesGoesToIdleEvaluators) {
   EXPECT_TRUE(workers_.find(1)->late);
 }
 
+TEST_F(HedgingTest, WhoHasAnsweredNothingIsGivenNoMoreThanItsRoom) {
+  workers_.find(2)->num_evaluators = protocol::kEvaluatorsPerWorkerMax;
+  std::vector<Ledger::Assignment> chosen;
+  for (int number = 3; number < 100; ++number) {
+    ledger_.draw({0, number}, ledger_.find({0, 2})->question);
+    chosen.push_back({static_cast<std::size_t>(number - 3), 1, at_s(1e4)});
+  }
+  ledger_.lease(at_s(0), chosen);
+  EXPECT_EQ(std::ssize(given_too(10)), protocol::kEvaluatorsUnshownMax);
+}
+
 TEST_F(HedgingTest, LongRolloutsAreWaitedForLongerButNotQueuedBehindEachOther) {
   times_s_[ContentHash{}] = 30;
   EXPECT_EQ(given_too(.1), (Numbers{2})) << "two run, the third waits";

@@ -280,6 +280,89 @@ TEST(StrangersTest, ARefusalInAWorkersNameIsForgottenWhenItWorksOnIt) {
   EXPECT_THAT(cluster.log, says("works with what it is said to refuse"));
 }
 
+/// He hears each lease, and answers it before its worker does, under the index that comes next.
+TEST(StrangersTest, WhoAnswersFirstInTheNameOfTheWorkerShows) {
+  Cluster cluster(small_study(20, 1));
+  cluster.add_worker(1);
+  cluster.start();
+  Ear ear(cluster);
+  std::int64_t index = 0;
+  cluster.run(seconds(100), [&] {
+    while (const protocol::RolloutBatch* batch = ear.next()) {
+      for (const protocol::RolloutRequest& request : batch->rollouts) {
+        cluster.give(answer_to(request, 1, .5, ++index));
+      }
+    }
+  });
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_GT(cluster.core->counters().conflicting, 0);
+  EXPECT_EQ(cluster.core->counters().duplicate, 0) << "under an index that has been read";
+  EXPECT_THAT(cluster.log, says("somebody answers in another one's name"));
+}
+
+/// Of index 1, which every later word of the worker reaches, on hearing the lease: the worker's own
+/// answer follows, and its status after that holds the roll-out no more.
+TEST(StrangersTest, ASoundAnswerClearsItsWorkerOfARewardOutOfRange) {
+  for (const bool is_read_before : {false, true}) {
+    const Study study = small_study(60, 1);
+    Cluster cluster(study);
+    cluster.add_worker(1);
+    cluster.start();
+    Ear ear(cluster);
+    int num_spoken = 0;
+    cluster.run(seconds(100), [&] {
+      const protocol::RolloutBatch* batch = ear.next();
+      if (batch == nullptr) return;
+      const auto num_applied = cluster.core->counters().applied;
+      if (is_read_before ? num_applied < 3 : num_spoken > 0) return;
+      ++num_spoken;
+      cluster.give(answer_to(batch->rollouts.front(), 1, 1e9, 1));
+    });
+    EXPECT_GT(num_spoken, 0);
+    const Calm expected = calm(study, 1);
+    ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+    EXPECT_EQ(all_rewards(*cluster.core), expected.rewards);
+    EXPECT_LE(to_seconds(cluster.now - TimePoint{}),
+              1.1 * to_seconds(expected.end - TimePoint{}) + .05)
+        << is_read_before;
+    EXPECT_GT(cluster.core->counters().unasked, 0);
+    EXPECT_THAT(cluster.log, Not(says("stands by its reward")));
+  }
+}
+
+TEST(StrangersTest, AGoodAnswerMakesTheNextDistrustShort) {
+  Cluster cluster(small_study(40, 1));
+  FakeWorker& worker = cluster.add_worker(1);
+  cluster.start();
+  for (int time = 0; time < 2; ++time) {
+    const auto before = cluster.core->counters().applied;
+    worker.reward_factor = 1;
+    cluster.run(seconds(50), [&] {
+      if (cluster.core->counters().applied > before + 3) worker.reward_factor = 100;
+    });
+  }
+  EXPECT_THAT(cluster.log, says("it gets no work for 60 s"));
+  EXPECT_THAT(cluster.log, Not(says("it gets no work for 120 s")));
+}
+
+/// The worker has done what it holds before its next status: only its answers speak for it.
+TEST(StrangersTest, AnAnswerTakesBackARefusalInAWorkersName) {
+  Cluster cluster(small_study(40, 1));
+  cluster.add_worker(1, milliseconds(3));
+  cluster.start();
+  bool has_spoken = false;
+  cluster.run(seconds(50), [&] {
+    if (has_spoken || cluster.core->counters().applied < 5) return;
+    has_spoken = true;
+    const ContentHash task = content_hash(R"({"name":"bump","settings":{}})");
+    cluster.give(protocol::DefinitionReport{1, Cluster::kLearner, task, false, "no"});
+  });
+  ASSERT_TRUE(has_spoken);
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_LT(cluster.now, TimePoint(seconds(10)));
+  EXPECT_THAT(cluster.log, says("somebody spoke in its name"));
+}
+
 TEST(StrangersTest, ThousandsOfMadeUpWorkersKeepNobodyOut) {
   Cluster cluster(small_study(20, 1));
   cluster.start();

@@ -84,6 +84,26 @@ class AuthenticationTest(unittest.TestCase):
         self.assertTrue(self.take(watcher, self.batch))
         self.assertFalse(self.take(watcher, self.batch))
 
+    def announce(self, worker, learner, index):
+        """A status of a learner, signed with the key that learners share with all workers."""
+        message = {"signed_index": index, "learner_id": learner}
+        return worker.admit("TREEROLL_LEARNER", b"", message)
+
+    def test_no_announcement_silences_a_learner(self):
+        batch = self.types.decode("rollout_batch_t", self.batch)
+        worker = Authenticator(self.keys(self.line), WORKER)
+        self.assertTrue(self.take(worker, self.sign(batch, 2)))
+        self.assertTrue(self.announce(worker, batch["learner_id"], 2**62))
+        self.assertFalse(self.take(worker, self.sign(batch, 2)), "it has come before")
+        self.assertTrue(self.take(worker, self.sign(batch, 3)))
+        self.assertTrue(self.announce(worker, batch["learner_id"], 4))
+
+    def test_no_learner_has_the_workers_name(self):
+        batch = self.types.decode("rollout_batch_t", self.batch)
+        worker = Authenticator(self.keys(self.line), WORKER)
+        self.assertFalse(self.take(worker, self.sign({**batch, "learner_id": WORKER}, 2)))
+        self.assertFalse(self.announce(worker, WORKER, 3))
+
     def test_key_files_are_read_strictly(self):
         for text, mode in ((self.line, 0o644), ("", 0o600), ("nonsense", 0o600),
                            (self.line + f"\nlearner {KEY.hex()}", 0o600), (self.line[:-1], 0o600)):

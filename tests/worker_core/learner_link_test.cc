@@ -32,6 +32,26 @@ TEST_F(LearnerLinkTest, RepeatsEverMoreSeldomUntilSomethingIsSeen) {
   EXPECT_EQ(link_.next_deadline(), now_ + settings_.learner_silence_max);
 }
 
+TEST_F(LearnerLinkTest, NoBatchOfSomebodyElseRunsAheadForGood) {
+  link_.hear_batch(now_, 1000, true);
+  link_.hear_batch(now_, std::int64_t{1} << 60U, false);
+  EXPECT_EQ(link_.last_batch(), 1000) << "too far ahead to be the learner's";
+  link_.hear_batch(now_, 1'000'000, false);
+  EXPECT_EQ(link_.last_batch(), 1'000'000);
+  link_.hear_batch(now_, 1001, true);
+  EXPECT_EQ(link_.last_batch(), 1001) << "the learner's own word sets it right";
+  EXPECT_EQ(link_.batches_received(), 1);
+  link_.hear_batch(now_, 1002, false);
+  EXPECT_EQ(link_.batches_received(), 3);
+}
+
+TEST_F(LearnerLinkTest, ABatchThatWasOvertakenSetsNothingBack) {
+  link_.hear_batch(now_, 1000, true);
+  link_.hear_batch(now_, 1000 + protocol::kBatchBits, false);
+  link_.hear_batch(now_, 1000, true);
+  EXPECT_EQ(link_.last_batch(), 1000 + protocol::kBatchBits);
+}
+
 TEST_F(LearnerLinkTest, WhatIsNewDoesNotPutOffTheRepetitionOfWhatWasSentBefore) {
   link_.on_sent(now_, 4);
   link_.on_sent(now_ + settings_.repeat_interval_min / 2, 5);

@@ -5,12 +5,25 @@
 #include <utility>
 
 namespace treeroll::worker {
+namespace {
+
+/// In a row, before one that is not for us: more than a learner sends while it counts as alive.
+constexpr std::int64_t kBatchesMissedMax = std::int64_t{1} << 20U;
+
+}  // namespace
 
 LearnerLink::LearnerLink(const WorkerSettings& settings, std::int64_t last_index, TimePoint now)
     : settings_(settings), met_(now), last_index_sent_(last_index), last_index_seen_(last_index) {}
 
-void LearnerLink::hear_batch(TimePoint now, std::int64_t sequence) {
+/// Of what names others no sequence is believed that is far ahead; what names us sets right what
+/// was believed.
+void LearnerLink::hear_batch(TimePoint now, std::int64_t sequence, bool names_us) {
   hear(now);
+  if (!names_us && first_batch_ > 0 && sequence - last_batch_ > kBatchesMissedMax) return;
+  if (names_us && last_batch_ - sequence > protocol::kBatchBits) {
+    received_ = 0;
+    last_batch_ = sequence;
+  }
   if (first_batch_ == 0 || sequence < first_batch_) first_batch_ = sequence;
   const std::int64_t step = sequence - last_batch_;
   missing_ = missing_ || (step > 1 && last_batch_ > 0);

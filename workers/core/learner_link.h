@@ -25,7 +25,8 @@ class LearnerLink {
     heard_ = now;
     given_up_ = false;
   }
-  void hear_batch(TimePoint now, std::int64_t sequence);
+  /// @param names_us  else others may have said it in the learner's name, where its key is shared
+  void hear_batch(TimePoint now, std::int64_t sequence, bool names_us);
   /// Its status: so many workers have joined it.
   void hear_status(TimePoint now, int num_workers) {
     hear(now);

@@ -271,16 +271,16 @@ void WorkerCore::receive(const Turn& turn, protocol::RolloutBatch& batch) {
   const auto mine = [&](const auto& part) { return part.worker_id == settings_.worker_id; };
   const auto known = learners_.find(batch.learner_id);
   LearnerLink* learner = known == learners_.end() ? nullptr : &known->second;
+  const bool is_for_me =
+      std::any_of(batch.rollouts.begin(), batch.rollouts.end(), mine) ||
+      std::any_of(batch.acknowledgements.begin(), batch.acknowledgements.end(), mine);
   if (learner == nullptr) {
-    const bool is_for_me =
-        std::any_of(batch.rollouts.begin(), batch.rollouts.end(), mine) ||
-        std::any_of(batch.acknowledgements.begin(), batch.acknowledgements.end(), mine);
     if (!is_for_me || is_from_the_past(batch)) return;
     learner = meet(turn, batch.learner_id);
     if (learner == nullptr) return;
     status_due_ = true;  // it leases nothing before it knows that it is heard
   }
-  learner->hear_batch(turn.now, batch.sequence);
+  learner->hear_batch(turn.now, batch.sequence, is_for_me);
   for (const auto& acknowledgement : batch.acknowledgements) {
     if (!mine(acknowledgement)) continue;
     // An index that was never given settles nothing that waits to be sent.

@@ -101,6 +101,10 @@ class _Window:
     def __init__(self, first: int):
         self._first, self._highest, self._seen = first, first - 1, 0
 
+    @property
+    def highest(self) -> int:
+        return self._highest
+
     def take(self, index: int) -> bool:
         if index < self._first or index <= self._highest - _WINDOW:
             return False
@@ -126,6 +130,8 @@ class Authenticator:
         self._own = keys.of_worker(worker) if worker is not None else []
         self._announcements = keys.announcements()
         self._windows: dict[int, _Window] = {}
+        # Of words to us: no other holder of the key of announcements can run ahead of these.
+        self._words: dict[int, _Window] = {}
         self._last_index = 0
 
     def sign(self, channel: str, data: bytes) -> bytes:
@@ -151,14 +157,23 @@ class Authenticator:
         """
         named = {part["worker_id"] for list_of in ("rollouts", "acknowledgements")
                  for part in message.get(list_of, ())}
-        is_for_us = self._worker in named
-        if is_for_us and not self._word_is_right(channel, data, message, sorted(named)):
-            return False
-        learner = message["learner_id"]
-        if learner not in self._windows and not is_for_us and self._worker is not None:
+        learner, index = message["learner_id"], message["signed_index"]
+        if self._worker is not None and learner == self._worker:
+            return False  # no learner has a worker's name
+        if self._worker in named:
+            return (self._word_is_right(channel, data, message, sorted(named))
+                    and self._admit_word(learner, index))
+        if learner not in self._windows and self._worker is not None:
             return channel == "TREEROLL_LEARNER"
-        window = self._windows.setdefault(learner, _Window(message["signed_index"]))
-        return window.take(message["signed_index"])
+        return self._windows.setdefault(learner, _Window(index)).take(index)
+
+    def _admit_word(self, learner: int, index: int) -> bool:
+        if not self._words.setdefault(learner, _Window(index)).take(index):
+            return False
+        if learner not in self._windows or self._windows[learner].highest >= index + _WINDOW:
+            self._windows[learner] = _Window(index)
+        self._windows[learner].take(index)
+        return True
 
     def _word_is_right(self, channel: str, data: bytes, message: dict, named: list[int]) -> bool:
         words = message["word_macs"]

@@ -89,7 +89,11 @@ class Watcher:
 
     @property
     def verified(self) -> bool:
-        """Whether what is heard is signed with a key of ours."""
+        """Whether what is heard is signed with a key of ours.
+
+        Learners sign what they say to all with a key that each worker's host has too. So a holder of any
+        worker's key may have said it.
+        """
         return self._authenticator is not None
 
     def _take_bytes(self, channel: str, data: bytes) -> bool:
