@@ -142,14 +142,14 @@ void Authenticator::set_keys(KeyRing keys) {
   for (Announcements& one : announcements_) one.id = announcement_id(one.key);
   for (auto& [id, known] : senders_) {
     if (!known.key) continue;
-    const std::int64_t key_id = known.key->id;
-    const bool follows = std::ranges::any_of(
-        keys_.learner_keys(),
-        [&known, key_id](const Key& learner) { return worker_key(learner, key_id) == *known.key; });
+    const WorkerKey key = *known.key;
+    const bool follows = std::ranges::any_of(keys_.learner_keys(), [&key](const Key& learner) {
+      return worker_key(learner, key.id) == key;
+    });
     if (follows) continue;
     // Its worker takes the words of this one before it signs with it.
     known.key = keys_.is_learners()
-                    ? std::optional(worker_key(keys_.learner_keys().front(), key_id))
+                    ? std::optional(worker_key(keys_.learner_keys().front(), key.id))
                     : std::nullopt;
   }
   own_keys_.clear();

@@ -52,8 +52,8 @@ TREEROLL_API int treeroll_policy_get_theta(const treeroll_policy* policy, double
                                            size_t size);
 
 /* From now on the policy has this theta: theta_dim finite numbers. Where there is no such policy,
- * for a theta so extreme, it stays as it was. In the midst of a roll-out what bounds the rate of the
- * outputs goes on from the last output. Returns 0 or -1. */
+ * for a theta so extreme, it stays as it was. In the midst of a roll-out what bounds the rate of
+ * the outputs goes on from the last output. Returns 0 or -1. */
 TREEROLL_API int treeroll_policy_set_theta(treeroll_policy* policy, const double* theta,
                                            size_t size);
 
