@@ -65,7 +65,8 @@ std::vector<std::string> remarks(const ConditionSummary& c) {
   }
   if (c.num_not_beating_start > 0) {
     say(fmt::format("{} of {} runs never beat the start policy, whose reward is {}",
-                    c.num_not_beating_start, c.num_compared, shown_reward(c.mean_start_reward.value_or(0))));
+                    c.num_not_beating_start, c.num_compared,
+                    shown_reward(c.mean_start_reward.value_or(0))));
   }
   if (c.recommended) say(advice(c));
   return said;
