@@ -8,8 +8,8 @@
 #include <fstream>
 
 #include "common/program/host_name.h"
-#include "tests/files/scratch_folder.h"
 #include "common/program/processor_share.h"
+#include "tests/files/scratch_folder.h"
 #include "workers/app/host_facts.h"
 
 namespace treeroll::worker {
