@@ -59,7 +59,7 @@ class SwingUpAndHoldTask : public Task {
                const FeedForward& acceleration, const Nominal& nominal,
                const MotionRegulator* along, Trace* trace) const;
 
-  SwingUpSettings swing_up_;
+  TimeDrivenSettings swing_up_;
   double acceleration_max_mps2_;
   std::optional<RestRegulator> regulator_;  ///< nothing without feedback
   HoldingRule holding_;

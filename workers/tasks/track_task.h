@@ -1,11 +1,10 @@
 #pragma once
 
-#include <optional>
-#include <span>
+#include <memory>
+#include <string>
 #include <vector>
 
-#include "workers/tasks/plant_variation.h"
-#include "workers/tasks/task.h"
+#include "workers/tasks/time_driven_task.h"
 
 namespace treeroll {
 
@@ -22,32 +21,18 @@ namespace treeroll {
 ///   duration_s = 4
 ///   alpha = 5
 ///   time_limit_s = 10
-class TrackTask : public Task {
+class TrackTask : public TimeDrivenTask {
  public:
   /// Throws ConfigError.
   explicit TrackTask(SettingsReader& settings);
 
-  TaskDescription description() const override;
-  Outcome evaluate(Controller& controller, std::uint64_t seed) override;
-  std::vector<Outcome> evaluate_all(std::span<const Evaluation> evaluations) override;
-  bool side_by_side() const override;
-  /// Columns: time, state, input, the goals of both angles and the position; poses as of
-  /// SwingUpTask.
-  Outcome evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) override;
-
  private:
-  Outcome roll_out(Controller& controller, std::uint64_t seed, Trace* trace);
-  std::vector<double> accelerations(Controller& controller) const;
-  Outcome outcome(const Result<sim::CartPendulumState>& end, double mean) const;
+  /// @param amplitudes_m  of the cart's path, on which the plant starts
+  TrackTask(SettingsReader& settings, const std::vector<double>& amplitudes_m);
+  std::unique_ptr<Judge> judge() const override;
+  /// The goals of both angles and the position.
+  std::vector<std::string> judge_columns() const override;
 
-  std::vector<double> amplitudes_m_;
-  double duration_s_;
-  double alpha_;
-  double time_limit_s_;
-  std::optional<sim::DoublePendulum> links_;  ///< nothing if they vary
-  VariedPlant plant_;
-  sim::CartPendulumState start_;
-  std::vector<double> input_times_s_;         ///< of the plant; empty with step control
   std::vector<sim::CartPendulumState> goal_;  ///< at the output steps
 };
 
