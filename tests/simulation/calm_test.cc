@@ -3,8 +3,7 @@
 
 #include <cstdio>
 
-#include "tests/simulation/seeds.h"
-#include "tests/simulation/simulation.h"
+#include "tests/simulation/seeds_run.h"
 
 namespace treeroll::simulation {
 namespace {
@@ -16,18 +15,8 @@ using std::chrono::milliseconds;
 constexpr std::uint64_t kNumCalmSeeds = 1000;
 
 TEST(CalmTest, IssuesNothingAgainWhereNothingIsLost) {
-  for (const std::uint64_t seed : seeds(kNumCalmSeeds)) {
-    const Scenario scenario = calm_scenario(seed);
-    Simulation simulation(scenario);
-    simulation.run();
-    const Observer& seen = simulation.observer();
-    EXPECT_FALSE(seen.broken()) << seen.violation();
-    EXPECT_EQ(seen.num_reissued, 0);
-    EXPECT_EQ(seen.num_simulations, num_rollouts(scenario) + 2 * num_runs(scenario));
-    if (::testing::Test::HasFailure()) {
-      FAIL() << "repeat: " << repeat_command(seed, "CalmTest.IssuesNothingAgainWhereNothingIsLost");
-    }
-  }
+  expect_no_waste(seeds(kNumCalmSeeds), "CalmTest.IssuesNothingAgainWhereNothingIsLost",
+                  calm_scenario);
 }
 
 /// Many runs over sixteen evaluators that answer at once, in frames of a network.

@@ -3,10 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <map>
-#include <string>
 
-#include "tests/simulation/seeds.h"
+#include "tests/simulation/seeds_run.h"
 
 namespace treeroll::simulation {
 namespace {
@@ -20,30 +18,11 @@ class MixOfFaultsTest : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Part, MixOfFaultsTest, ::testing::Range<std::uint64_t>(0, kNumParts));
 
 TEST_P(MixOfFaultsTest, NothingIsLostAndNothingCountedTwice) {
-  std::map<std::string, std::int64_t> faults;
-  std::int64_t num_rollouts_in_all = 0;
-  std::int64_t num_simulations = 0;
-  std::int64_t num_reissued = 0;
-  int num_failures = 0;
-  for (const std::uint64_t seed : seeds(kNumSeeds, {GetParam(), kNumParts})) {
-    const Scenario scenario = scenario_of(seed);
-    Simulation simulation(scenario);
-    simulation.run();
-    const Observer& seen = simulation.observer();
-    EXPECT_FALSE(seen.broken()) << seen.violation()
-                                << "\n  repeat: " << repeat_command(seed, "*NothingIsLost*");
-    for (const auto& [fault, times] : seen.faults()) faults[fault] += times;
-    num_rollouts_in_all += num_rollouts(scenario);
-    num_simulations += seen.num_simulations;
-    num_reissued += seen.num_reissued;
-    if (seen.broken() && ++num_failures == 10) break;
-  }
-  for (const auto& [fault, times] : faults) {
-    std::printf("  %-36s %12lld\n", fault.c_str(), static_cast<long long>(times));
-  }
+  const SeedsRun run =
+      run_seeds(seeds(kNumSeeds, {GetParam(), kNumParts}), "*NothingIsLost*", scenario_of);
   std::printf("  roll-outs %lld, simulations %lld, re-issues %lld\n",
-              static_cast<long long>(num_rollouts_in_all), static_cast<long long>(num_simulations),
-              static_cast<long long>(num_reissued));
+              static_cast<long long>(run.num_rollouts), static_cast<long long>(run.num_simulations),
+              static_cast<long long>(run.num_reissued));
 }
 
 TEST(SimulationTest, ASeedIsRepeatedToTheBit) {
