@@ -4,9 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
 #include "learner/fit/start_policy.h"
+#include "tests/fit/read_start.h"
 
 /// kind = "auto": what a study has decides.
 namespace treeroll {
@@ -21,14 +20,7 @@ constexpr const char* kFile =
 
 StartPolicy read_chosen(const std::string& text, const std::string& file = "",
                         json* resolved_out = nullptr) {
-  const json table = json::parse(text);
-  json resolved;
-  SettingsReader reader(table, "policy", resolved);
-  StartPolicy policy = learnable_policies().read_start(
-      reader, {.read_file = [&](const std::string&) { return file; }});
-  reader.finish();
-  if (resolved_out) *resolved_out = resolved;
-  return policy;
+  return read_start(text, {.read_file = [&](const std::string&) { return file; }}, resolved_out);
 }
 
 TEST(AutomaticStartTest, OneRecordingIsCorrected) {

@@ -6,10 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
 #include "learner/fit/demonstration.h"
 #include "learner/fit/start_policy.h"
+#include "tests/fit/read_start.h"
 
 namespace treeroll {
 namespace {
@@ -17,27 +16,9 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-StartPolicy read_basis(const std::string& text, json* resolved_out = nullptr,
-                       const StartSources& sources = {}) {
-  const json table = json::parse(text);
-  json resolved;
-  SettingsReader reader(table, "policy", resolved);
-  StartPolicy policy = learnable_policies().read_start(reader, sources);
-  reader.finish();
-  if (resolved_out) *resolved_out = resolved;
-  return policy;
-}
-
 double error_of(const std::string& text) {
-  const StartPolicy start = read_basis(text);
-  const Eigen::MatrixXd& data = *start.demonstration;
-  const auto controller = start.policy->controller();
-  double sum = 0;
-  for (Eigen::Index n = 0; n < data.cols(); ++n) {
-    const double error = controller->act(data(0, n)) - data(1, n);
-    sum += error * error / static_cast<double>(data.cols());
-  }
-  return std::sqrt(sum);
+  const StartPolicy start = read_start(text);
+  return rms_error(*start.policy, *start.demonstration);
 }
 
 /// Figures of an independent implementation, m/s^2 of 5.82. Its rms is over a fine grid: over 200
@@ -56,7 +37,7 @@ TEST(BasisStartTest, MovementPrimitivesMeetTheSwingUpsDemonstration) {
   EXPECT_NEAR(error_of(R"({"kind": "dmp", "weights": 8})"), .524, .02);
   EXPECT_NEAR(error_of(R"({"kind": "dmp", "weights": 10})"), .096, .01);
   EXPECT_NEAR(error_of(R"({"kind": "dmp", "weights": 12})"), .027, .003);
-  const StartPolicy start = read_basis(R"({"kind": "dmp", "weights": 10})");
+  const StartPolicy start = read_start(R"({"kind": "dmp", "weights": 10})");
   EXPECT_EQ(start.policy->theta()[10], demonstrate({}).rightCols(1)(1));
   EXPECT_NEAR(start.policy->controller()->act(0), demonstrate({})(1, 0), 1e-12);
 }
@@ -64,7 +45,8 @@ TEST(BasisStartTest, MovementPrimitivesMeetTheSwingUpsDemonstration) {
 TEST(BasisStartTest, CountsItsFunctionsItselfAndResolvesToTheSamePolicy) {
   for (const char* kind : {"rbf", "dmp"}) {
     json resolved;
-    const StartPolicy start = read_basis(R"({"kind": ")" + std::string(kind) + R"("})", &resolved);
+    const StartPolicy start =
+        read_start(R"({"kind": ")" + std::string(kind) + R"("})", {}, &resolved);
     EXPECT_EQ(resolved[std::string(kind) == "rbf" ? "functions" : "weights"], "auto");
     EXPECT_LE(error_of(resolved.dump()), .1 * 5.83) << kind;
     const auto fewer = start.policy->theta_dim() - (std::string(kind) == "rbf" ? 1 : 2);
@@ -74,7 +56,7 @@ TEST(BasisStartTest, CountsItsFunctionsItselfAndResolvesToTheSamePolicy) {
               .1 * 5.81)
         << kind;
     const StartPolicy stored{.policy = start.policy->with(2 * start.policy->theta())};
-    EXPECT_EQ(read_basis(resolved.dump(), nullptr, {.fitted = &stored}).policy, stored.policy);
+    EXPECT_EQ(read_start(resolved.dump(), {.fitted = &stored}).policy, stored.policy);
   }
 }
 
@@ -85,21 +67,21 @@ TEST(BasisStartTest, AStoredStartIsTakenWhateverItsCountIfTheStudyNamesNone) {
     const std::string begin = R"({"kind": ")" + std::string(kind) + "\"";
     const bool is_spline = std::string(kind) == "spline";
     const StartPolicy stored =
-        read_basis(begin + ", \"" + size + "\": " + (is_spline ? "[20]" : "20") + "}");
-    EXPECT_EQ(read_basis(begin + "}", nullptr, {.fitted = &stored}).policy, stored.policy) << kind;
+        read_start(begin + ", \"" + size + "\": " + (is_spline ? "[20]" : "20") + "}");
+    EXPECT_EQ(read_start(begin + "}", {.fitted = &stored}).policy, stored.policy) << kind;
     const auto named = begin + ", \"" + size + "\": " + (is_spline ? "[19]" : "19") + "}";
-    EXPECT_THROW(read_basis(named, nullptr, {.fitted = &stored}), ConfigError) << kind;
+    EXPECT_THROW(read_start(named, {.fitted = &stored}), ConfigError) << kind;
     const std::string longer = begin + R"(, "demonstration": {"duration_s": 3.0}})";
-    EXPECT_THROW(read_basis(longer, nullptr, {.fitted = &stored}), ConfigError) << kind;
+    EXPECT_THROW(read_start(longer, {.fitted = &stored}), ConfigError) << kind;
   }
-  const StartPolicy coarse = read_basis(R"({"kind": "spline", "degree": 0, "coefficients": [2]})");
-  EXPECT_THROW(read_basis(R"({"kind": "spline"})", nullptr, {.fitted = &coarse}), ConfigError);
+  const StartPolicy coarse = read_start(R"({"kind": "spline", "degree": 0, "coefficients": [2]})");
+  EXPECT_THROW(read_start(R"({"kind": "spline"})", {.fitted = &coarse}), ConfigError);
 }
 
 TEST(BasisStartTest, StartsFromNothing) {
   for (const char* kind : {"rbf", "dmp"}) {
     const StartPolicy start =
-        read_basis(R"({"start": "constant", "range": [1, 3], "values": [1, -2], "kind": ")" +
+        read_start(R"({"start": "constant", "range": [1, 3], "values": [1, -2], "kind": ")" +
                    std::string(kind) + R"("})");
     for (const double input : {0., 1., 1.2, 3., 7.}) {
       double output[2];
@@ -112,14 +94,6 @@ TEST(BasisStartTest, StartsFromNothing) {
 }
 
 TEST(BasisStartTest, RefusesWhatCannotBeUsedNamingTheKey) {
-  const auto refusal = [](const char* text) -> std::string {
-    try {
-      read_basis(text);
-    } catch (const ConfigError& error) {
-      return error.what();
-    }
-    return "accepted";
-  };
   const std::pair<const char*, const char*> cases[] = {
       {R"({"kind": "rbf", "functions": 1})", "policy.functions"},
       {R"({"kind": "rbf", "functions": 257})", "policy.functions"},
@@ -136,7 +110,8 @@ TEST(BasisStartTest, RefusesWhatCannotBeUsedNamingTheKey) {
       {R"({"kind": "rbf", "start": "constant", "range": [0, 1], "functions": "auto"})",
        "policy.functions"},
   };
-  for (const auto& [text, message] : cases) EXPECT_THAT(refusal(text), HasSubstr(message)) << text;
+  for (const auto& [text, message] : cases)
+    EXPECT_THAT(refusal_of(text), HasSubstr(message)) << text;
 }
 
 }  // namespace

@@ -6,11 +6,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
 #include "common/policy/network/network_policy.h"
 #include "learner/fit/demonstration.h"
 #include "learner/fit/start_policy.h"
+#include "tests/fit/read_start.h"
 
 namespace treeroll {
 namespace {
@@ -18,40 +17,22 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-StartPolicy read_network(const std::string& text, json* resolved_out = nullptr,
-                         const StartSources& sources = {}) {
-  const json table = json::parse(text);
-  json resolved;
-  SettingsReader reader(table, "policy", resolved);
-  StartPolicy policy = learnable_policies().read_start(reader, sources);
-  reader.finish();
-  if (resolved_out) *resolved_out = resolved;
-  return policy;
-}
-
 TEST(NetworkStartTest, MeetsTheSwingUpsDemonstration) {
-  const StartPolicy start = read_network(R"({"kind": "network"})");
+  const StartPolicy start = read_start(R"({"kind": "network"})");
   EXPECT_EQ(start.policy->theta_dim(), 16);
-  const Eigen::MatrixXd data = demonstrate({});
-  const auto controller = start.policy->controller();
-  double sum = 0;
-  for (Eigen::Index n = 0; n < data.cols(); ++n) {
-    const double error = controller->act(data(0, n)) - data(1, n);
-    sum += error * error / static_cast<double>(data.cols());
-  }
-  EXPECT_LT(std::sqrt(sum), .03);  // m/s^2 of 5.82
+  EXPECT_LT(rms_error(*start.policy, demonstrate({})), .03);  // m/s^2 of 5.82
 }
 
 TEST(NetworkStartTest, ResolvesToTheSamePolicyAndTakesAStoredOne) {
   json resolved;
-  const StartPolicy start = read_network(R"({"kind": "network", "hidden": 3})", &resolved);
+  const StartPolicy start = read_start(R"({"kind": "network", "hidden": 3})", {}, &resolved);
   EXPECT_EQ(resolved["seed"], 1);
-  EXPECT_EQ(to_json(*read_network(resolved.dump()).policy), to_json(*start.policy));
-  EXPECT_NE(to_json(*read_network(R"({"kind": "network", "hidden": 3, "seed": 2})").policy),
+  EXPECT_EQ(to_json(*read_start(resolved.dump()).policy), to_json(*start.policy));
+  EXPECT_NE(to_json(*read_start(R"({"kind": "network", "hidden": 3, "seed": 2})").policy),
             to_json(*start.policy));
   const StartPolicy stored{.policy = start.policy->with(2 * start.policy->theta())};
-  EXPECT_EQ(read_network(resolved.dump(), nullptr, {.fitted = &stored}).policy, stored.policy);
-  EXPECT_THROW(read_network(R"({"kind": "network"})", nullptr, {.fitted = &stored}), ConfigError);
+  EXPECT_EQ(read_start(resolved.dump(), {.fitted = &stored}).policy, stored.policy);
+  EXPECT_THROW(read_start(R"({"kind": "network"})", {.fitted = &stored}), ConfigError);
 }
 
 /// A function of two inputs, with an output that is missing here and there.
@@ -68,10 +49,10 @@ TEST(NetworkStartTest, FitsSeveralInputsAndOutputs) {
     }
     return text;
   };
-  const StartPolicy start = read_network(
+  const StartPolicy start = read_start(
       R"({"kind": "network", "hidden": 4, "demonstration": {"kind": "csv", "files": ["a"],
           "inputs": ["a", "b"], "outputs": ["x", "y"], "missing_outputs": true}})",
-      nullptr, {.read_file = read});
+      {.read_file = read});
   const double input[] = {.3, 4};
   double output[2];
   start.policy->controller()->act(input, output);
@@ -80,7 +61,7 @@ TEST(NetworkStartTest, FitsSeveralInputsAndOutputs) {
 }
 
 TEST(NetworkStartTest, StartsFromNothing) {
-  const StartPolicy start = read_network(
+  const StartPolicy start = read_start(
       R"({"kind": "network", "start": "constant", "ranges": [[-1, 1], [0, 5]], "values": [2, -3]})");
   EXPECT_EQ(start.policy->input_dim(), 2);
   const double input[] = {.3, 4};
@@ -94,14 +75,6 @@ TEST(NetworkStartTest, StartsFromNothing) {
 }
 
 TEST(NetworkStartTest, RefusesWhatCannotBeUsedNamingTheKey) {
-  const auto refusal = [](const char* text) -> std::string {
-    try {
-      read_network(text);
-    } catch (const ConfigError& error) {
-      return error.what();
-    }
-    return "accepted";
-  };
   const std::pair<const char*, const char*> cases[] = {
       {R"({"kind": "network", "hidden": 0})", "policy.hidden"},
       {R"({"kind": "network", "hidden": 65})", "policy.hidden"},
@@ -112,7 +85,8 @@ TEST(NetworkStartTest, RefusesWhatCannotBeUsedNamingTheKey) {
        "must begin before it ends"},
       {R"({"kind": "network", "components": [4]})", "policy.components"},
   };
-  for (const auto& [text, message] : cases) EXPECT_THAT(refusal(text), HasSubstr(message)) << text;
+  for (const auto& [text, message] : cases)
+    EXPECT_THAT(refusal_of(text), HasSubstr(message)) << text;
 }
 
 }  // namespace

@@ -5,10 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
 #include "learner/fit/demonstration.h"
 #include "learner/fit/start_policy.h"
+#include "tests/fit/read_start.h"
 
 namespace treeroll {
 namespace {
@@ -16,48 +15,18 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-StartPolicy read_linear(const std::string& text, const StartSources& sources = {},
-                        json* resolved_out = nullptr) {
-  const json table = json::parse(text);
-  json resolved;
-  SettingsReader reader(table, "policy", resolved);
-  StartPolicy policy = learnable_policies().read_start(reader, sources);
-  reader.finish();
-  if (resolved_out) *resolved_out = resolved;
-  return policy;
-}
-
-std::string refusal_of(const std::string& text, const StartSources& sources = {}) {
-  try {
-    read_linear(text, sources);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
-double rms_error(const Policy& policy) {
-  const Eigen::MatrixXd data = demonstrate({});
-  const auto controller = policy.controller();
-  double sum = 0;
-  for (Eigen::Index n = 0; n < data.cols(); ++n) {
-    const double error = controller->act(data(0, n)) - data(1, n);
-    sum += error * error / static_cast<double>(data.cols());
-  }
-  return std::sqrt(sum);
-}
-
 TEST(SplineStartTest, FitsTheSwingUpsDemonstration) {
-  const StartPolicy start = read_linear(R"({"kind": "spline"})");  // as few as meet it: 8
+  const StartPolicy start = read_start(R"({"kind": "spline"})");  // as few as meet it: 8
   const Eigen::VectorXd theta = start.policy->theta();
   const double expected[] = {-5.276, -7.022, 26.666, -29.558, 21.985, -10.537, -.478, 2.170};
   ASSERT_EQ(theta.size(), 8);
   for (Eigen::Index i = 0; i < 8; ++i) EXPECT_NEAR(theta[i], expected[i], .1) << i;
-  EXPECT_NEAR(rms_error(*start.policy), .343, .002);
+  EXPECT_NEAR(rms_error(*start.policy, demonstrate({})), .343, .002);
   const auto rms_of = [](const char* coefficients) {
     return rms_error(
-        *read_linear(R"({"kind": "spline", "coefficients": )" + std::string(coefficients) + "}")
-             .policy);
+        *read_start(R"({"kind": "spline", "coefficients": )" + std::string(coefficients) + "}")
+             .policy,
+        demonstrate({}));
   };
   EXPECT_NEAR(rms_of("[10]"), .382, .002);
   EXPECT_NEAR(rms_of("[12]"), .094, .002);
@@ -67,16 +36,16 @@ TEST(SplineStartTest, FitsTheSwingUpsDemonstration) {
 
 TEST(SplineStartTest, ACorrectionBeginsAsTheDemonstration) {
   json resolved;
-  const StartPolicy start = read_linear(R"({"kind": "correction"})", {}, &resolved);
+  const StartPolicy start = read_start(R"({"kind": "correction"})", {}, &resolved);
   EXPECT_EQ(start.policy->theta(), Eigen::VectorXd::Zero(8));
-  EXPECT_EQ(rms_error(*start.policy), 0);
+  EXPECT_EQ(rms_error(*start.policy, demonstrate({})), 0);
   EXPECT_EQ(resolved["coefficients"], json({8}));
-  EXPECT_EQ(to_json(*read_linear(resolved.dump()).policy), to_json(*start.policy));
+  EXPECT_EQ(to_json(*read_start(resolved.dump()).policy), to_json(*start.policy));
 }
 
 TEST(SplineStartTest, StartsFromNothingWithSeveralOutputsAndLayers) {
   const StartPolicy start =
-      read_linear(R"({"kind": "spline", "start": "constant", "range": [0, 2], "values": [1, -2]})");
+      read_start(R"({"kind": "spline", "start": "constant", "range": [0, 2], "values": [1, -2]})");
   EXPECT_EQ(start.policy->num_layers(), 4);
   EXPECT_EQ(start.policy->theta_dim(), 8);
   EXPECT_EQ(start.policy->at_layer(4)->theta_dim(), 22);
@@ -94,7 +63,7 @@ TEST(SplineStartTest, ReadsRecordings) {
   const std::string files =
       R"("demonstration": {"kind": "csv", "files": ["a.csv"], "inputs": ["t"],
          "outputs": ["x", "y"]}})";
-  const StartPolicy start = read_linear(R"({"kind": "correction", )" + files, {.read_file = read});
+  const StartPolicy start = read_start(R"({"kind": "correction", )" + files, {.read_file = read});
   double output[2];
   const double input = .5;
   start.policy->controller()->act({&input, 1}, output);
@@ -103,7 +72,7 @@ TEST(SplineStartTest, ReadsRecordings) {
   const std::string twice = R"({"kind": "correction", "demonstration": {"kind": "csv",
       "files": ["a.csv", "b.csv"], "inputs": ["t"], "outputs": ["x"]}})";
   EXPECT_THAT(refusal_of(twice, {.read_file = read}), HasSubstr("input 4 of the recording, 0"));
-  const StartPolicy both = read_linear(
+  const StartPolicy both = read_start(
       R"({"kind": "spline", "degree": 1, "coefficients": [3], )" + files, {.read_file = read});
   Eigen::VectorXd expected(6);
   expected << 1, 2, 0, 5, 4, 3;
@@ -111,10 +80,10 @@ TEST(SplineStartTest, ReadsRecordings) {
 }
 
 TEST(SplineStartTest, AStoredStartIsTakenIfItIsSuchAPolicy) {
-  const StartPolicy eight = read_linear(R"({"kind": "spline"})");
+  const StartPolicy eight = read_start(R"({"kind": "spline"})");
   const PolicyPtr moved = eight.policy->with(2 * eight.policy->theta());
   const StartPolicy stored{.policy = moved};
-  EXPECT_EQ(read_linear(R"({"kind": "spline"})", {.fitted = &stored}).policy, moved);
+  EXPECT_EQ(read_start(R"({"kind": "spline"})", {.fitted = &stored}).policy, moved);
   EXPECT_THAT(refusal_of(R"({"kind": "spline", "coefficients": [10]})", {.fitted = &stored}),
               HasSubstr("number of coefficients"));
   EXPECT_THAT(refusal_of(R"({"kind": "correction"})", {.fitted = &stored}), HasSubstr("kind"));
