@@ -45,6 +45,11 @@ int DataSets::end() {
   return count_++;
 }
 
+bool has_gaussians(const PolicySketch& sketch) {
+  return std::ranges::any_of(
+      sketch.layers, [](const PolicySketch::Layer& layer) { return !layer.gaussians.empty(); });
+}
+
 std::string ellipses(const PolicySketch::Layer& layer, Plane plane, const std::string& style,
                      DataSets& data) {
   if (layer.gaussians.empty()) return "";

@@ -51,6 +51,10 @@ struct Plane {
   Eigen::Index up = 1;
 };
 
+/// Whether any of its layers has Gaussians to draw: what is not there is neither named nor
+/// described.
+bool has_gaussians(const PolicySketch& sketch);
+
 /// Each Gaussian's ellipse of two standard deviations in the plane.
 /// @param style  of the lines, as gnuplot has it
 /// @return       their part of a plot command, ending in ", "; empty for a layer without Gaussians

@@ -71,9 +71,11 @@ std::string commands(const Panel& panel, DataSets& data) {
 std::vector<Plot> layer_plots(const std::string& study, const std::vector<StartModel>& starts) {
   Rows<Panel> panels;  // a row an output of a start
   bool has_samples = false;
+  bool are_mixtures = false;
   for (const StartModel& start : starts) {
     if (start.policy->input_dim() != 1) continue;
     has_samples = has_samples || start.demonstration;
+    are_mixtures = are_mixtures || has_gaussians(start.policy->sketch());
     for (Eigen::Index output = 1; output <= start.policy->output_dim(); ++output) {
       panels.emplace_back();
       for (int layer = 1; layer <= start.policy->num_layers(); ++layer) {
@@ -86,7 +88,8 @@ std::vector<Plot> layer_plots(const std::string& study, const std::vector<StartM
   for (std::size_t page = 0; page < pages.size(); ++page) {
     Plot plot{.title = "What learning began with in " + study + ", layer by layer"};
     name_page("layers", page, pages.size(), plot);
-    PanelGrid grid{.rows = {}, .labels = {"regression", "Gaussians"}, .panel_height_px = 340};
+    PanelGrid grid{.rows = {}, .labels = {"policy"}, .panel_height_px = 340};
+    if (are_mixtures) grid.labels = {"regression", "Gaussians"};
     DataSets data;
     for (const auto& row : pages[page]) {
       grid.rows.emplace_back();
@@ -95,10 +98,10 @@ std::vector<Plot> layer_plots(const std::string& study, const std::vector<StartM
     plot.data = data.take();
     arrange(grid, plot);
     plot.caption = fmt::format(
-        "The start policies of the conditions: output over input that each layer regresses to, and "
-        "its Gaussians (ellipses of two standard deviations).{}",
-        has_samples ? " Points are the demonstration; log-likelihoods are means over its samples."
-                    : "");
+        "The start policies of the conditions: output over input of each layer{}.{}{}",
+        are_mixtures ? ", and its Gaussians (ellipses of two standard deviations)" : "",
+        has_samples ? " Points are the demonstration." : "",
+        has_samples && are_mixtures ? " Log-likelihoods are means over its samples." : "");
     plots.push_back(std::move(plot));
   }
   return plots;

@@ -41,12 +41,7 @@ class BeforeAndAfter : public PolicyFigure {
   }
 
   std::vector<std::string> labels(const PolicyRows& rows, bool has_goal) const override {
-    int num_layers = 0;
-    for (const auto& row : rows) {
-      for (const LearntPolicy* policy : row) {
-        num_layers = std::max(num_layers, after(*policy).num_layers());
-      }
-    }
+    const int num_layers = num_mixtures(rows);
     std::vector<std::string> labels = {"learnt", "start"};
     for (int layer = 1; layer <= std::min(num_layers, kLayersNamed); ++layer) {
       labels.push_back(fmt::format("layer {}", layer));
@@ -59,12 +54,27 @@ class BeforeAndAfter : public PolicyFigure {
     return labels;
   }
 
-  std::string caption(const PolicyRows& /*rows*/, const View& view, bool has_goal) const override {
+  std::string caption(const PolicyRows& rows, const View& view, bool has_goal) const override {
     return fmt::format(
-        "{} of the best roll-out of all repetitions, with the Gaussians of each layer (ellipses of "
-        "two standard deviations); in grey what learning began with.{}",
+        "{} of the best roll-out of all repetitions{}; in grey what learning began with.{}",
         view.is_path ? "One output over the other, to one scale," : "Output over input",
+        num_mixtures(rows) > 0
+            ? ", with the Gaussians of each layer (ellipses of two standard deviations)"
+            : "",
         has_goal ? " The thick light line is the task's goal." : "");
+  }
+
+ private:
+  /// The layers of the one that has most, of those that are mixtures.
+  static int num_mixtures(const PolicyRows& rows) {
+    int num_layers = 0;
+    for (const auto& row : rows) {
+      for (const LearntPolicy* policy : row) {
+        if (!has_gaussians(after(*policy).sketch())) continue;
+        num_layers = std::max(num_layers, after(*policy).num_layers());
+      }
+    }
+    return num_layers;
   }
 };
 

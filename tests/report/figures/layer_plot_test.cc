@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "common/policy/linear/linear_policy.h"
+#include "common/policy/linear/spline_form.h"
 #include "tests/report/figures/tree_policies.h"
 
 namespace treeroll::report {
@@ -47,6 +49,19 @@ TEST(LayerPlotTest, EachLayerHasAPanelWithItsGaussiansAndItsFit) {
   EXPECT_THAT(plots[0].data, HasSubstr("ellipses\n2 0\n"));
   EXPECT_THAT(plots[0].data, HasSubstr("ellipses\n1 1\n"));
   EXPECT_THAT(plots[0].data, HasSubstr("\n3 3\n"));
+}
+
+TEST(LayerPlotTest, WhatAKindDoesNotHaveIsNotNamed) {
+  const auto ladder = std::make_shared<SplineLadder>(BSpline(1, 2, 0, 1), 1);
+  const auto line = std::make_shared<LinearPolicy>(std::make_shared<SplineForm>(ladder, nullptr),
+                                                   Eigen::RowVector2d(0, 1), 1);
+  const Plot plot =
+      layer_plots("mine", {{.conditions = {"spline"}, .policy = line, .demonstration = nullptr}})
+          .front();
+  EXPECT_THAT(plot.commands, HasSubstr("'policy'"));
+  EXPECT_THAT(plot.commands, Not(HasSubstr("Gaussians")));
+  EXPECT_THAT(plot.caption, Not(HasSubstr("Gaussians")));
+  EXPECT_THAT(layer_plots("mine", {fitted(3)}).front().commands, HasSubstr("Gaussians"));
 }
 
 TEST(LayerPlotTest, AStartThatWasGivenHasNoSamplesAndNoLikelihood) {
