@@ -1,16 +1,23 @@
 #include "workers/user_program/line_reader.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace treeroll::worker {
 
 void LineReader::add(std::string_view bytes) {
-  for (;;) {
+  while (!bytes.empty()) {
+    const std::size_t room = piece_bytes_max_ - unfinished_.size();
     const std::size_t end = bytes.find('\n');
-    unfinished_.append(bytes.substr(0, end));
-    if (end == std::string_view::npos) return;
-    end_line();
-    bytes.remove_prefix(end + 1);
+    const std::size_t size = std::min({end, room, bytes.size()});
+    unfinished_.append(bytes.substr(0, size));
+    bytes.remove_prefix(size);
+    if (size == end) {
+      end_line();
+      bytes.remove_prefix(1);
+    } else if (size == room) {
+      end_line();
+    }
   }
 }
 

@@ -12,6 +12,10 @@ namespace treeroll::worker {
 /// the break.
 class LineReader {
  public:
+  /// @param piece_bytes_max  a line that is longer comes in pieces of this size
+  explicit LineReader(std::size_t piece_bytes_max = std::string::npos)
+      : piece_bytes_max_(piece_bytes_max) {}
+
   void add(std::string_view bytes);
   /// The other side has ended: what is left is a line too.
   void finish();
@@ -23,6 +27,7 @@ class LineReader {
  private:
   void end_line();
 
+  std::size_t piece_bytes_max_;
   std::string unfinished_;
   std::deque<std::string> lines_;
 };

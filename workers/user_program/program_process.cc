@@ -27,6 +27,7 @@ using What = ProgramProcess::Heard::What;
 
 /// How long a program that has closed its standard output may take to end by itself.
 constexpr std::chrono::milliseconds kEndGrace(500);
+/// Standard error is for people: what has no line break is cut. Only an answer must come whole.
 constexpr std::size_t kErrorPieceBytesMax = 65'536;
 
 [[noreturn]] void fail(const std::string& what, int number) {
@@ -89,6 +90,7 @@ ProgramProcess::ProgramProcess(const std::vector<std::string>& command) {
   input_ = input[1];
   output_.descriptor = output[0];
   errors_.descriptor = errors[0];
+  errors_.lines = LineReader(kErrorPieceBytesMax);
   int exec_error = 0;
   const bool has_failed =
       pid_ > 0 && ::read(report[0], &exec_error, sizeof exec_error) == sizeof exec_error;
@@ -158,8 +160,6 @@ void ProgramProcess::read_all(Pipe& pipe) {
 }
 
 std::optional<ProgramProcess::Heard> ProgramProcess::next_line(std::size_t line_bytes_max) {
-  // Standard error is for people: what has no line break is cut. Only an answer must come whole.
-  if (errors_.lines.num_bytes_unfinished() > kErrorPieceBytesMax) errors_.lines.finish();
   if (auto line = errors_.lines.next()) return Heard{What::kError, *std::move(line)};
   if (auto line = output_.lines.next()) {
     if (line->size() > line_bytes_max) return Heard{What::kTooLong};

@@ -66,7 +66,7 @@ class ProgramProcess {
  private:
   struct Pipe {
     int descriptor = -1;
-    LineReader lines = {};
+    LineReader lines = LineReader();
   };
   std::optional<Heard> next_line(std::size_t line_bytes_max);
   static bool read(Pipe& pipe);
