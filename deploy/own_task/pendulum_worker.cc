@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "common/base/elementary.h"
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "workers/app/worker_main.h"
 #include "workers/tasks/task.h"
 #include "workers/tasks/trace.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/task_description.h"
+#include "common/task_facts/task_description.h"
 #include "learner/core/answer.h"
 #include "learner/core/definition_book.h"
 #include "learner/core/learner_events.h"

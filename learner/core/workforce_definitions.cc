@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "common/base/cut_text.h"
-#include "common/base/task_description.h"
 #include "common/protocol/pieces.h"
 #include "common/protocol/wire_sizes.h"
+#include "common/task_facts/task_description.h"
 #include "learner/core/workforce.h"
 
 namespace treeroll::learner {

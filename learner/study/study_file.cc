@@ -10,9 +10,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/base/settings_reader.h"
 #include "common/policy/policy_bounds.h"
 #include "common/protocol/limits.h"
+#include "common/settings/settings_reader.h"
 #include "learner/explore/exploration_settings.h"
 #include "learner/study/demonstration_file.h"
 #include "learner/study/message_sizes.h"

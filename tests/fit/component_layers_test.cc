@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
 #include "common/policy/policy.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/start_policy.h"
 #include "tests/fit/start_tree.h"
 #include "tests/mixture/random_mixture.h"

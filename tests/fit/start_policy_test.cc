@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
 #include "common/policy/policy.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/demonstration.h"
 #include "learner/fit/fit_tree.h"
 #include "tests/fit/start_tree.h"

@@ -1,4 +1,4 @@
-#include "common/base/number_rule_text.h"
+#include "common/settings/number_rule_text.h"
 
 #include <fmt/format.h>
 

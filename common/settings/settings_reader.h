@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/base/key_help.h"
+#include "common/settings/key_help.h"
 
 namespace treeroll {
 

@@ -1,4 +1,4 @@
-#include "common/base/task_description.h"
+#include "common/task_facts/task_description.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/base/task_agreement.h"
+#include "common/task_facts/task_agreement.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "common/base/config_error.h"
-#include "common/base/number_rule_text.h"
-#include "common/base/settings_record.h"
+#include "common/settings/number_rule_text.h"
+#include "common/settings/settings_record.h"
 
 namespace treeroll {
 namespace {

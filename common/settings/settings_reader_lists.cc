@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
-#include "common/base/number_rule_text.h"
-#include "common/base/settings_reader.h"
-#include "common/base/settings_record.h"
+#include "common/settings/number_rule_text.h"
+#include "common/settings/settings_reader.h"
+#include "common/settings/settings_record.h"
 
 namespace treeroll {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/base/settings_reference.h"
+#include "common/settings/settings_reference.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 namespace {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/base/settings_record.h"
+#include "common/settings/settings_record.h"
 
 /// The reference of settings: what there is to set, found by asking those who read it.
 ///

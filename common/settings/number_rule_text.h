@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 

@@ -1,4 +1,4 @@
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
-#include "common/base/task_description.h"
+#include "common/task_facts/task_description.h"
 
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
 #include "common/base/json_text.h"
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 

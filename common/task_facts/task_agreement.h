@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "common/base/task_description.h"
+#include "common/task_facts/task_description.h"
 
 /// What the learner sends of a task, its content, is a JSON object:
 ///

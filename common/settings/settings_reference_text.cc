@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "common/base/settings_reference.h"
+#include "common/settings/settings_reference.h"
 
 namespace treeroll {
 namespace {

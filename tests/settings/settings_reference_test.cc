@@ -1,9 +1,9 @@
-#include "common/base/settings_reference.h"
+#include "common/settings/settings_reference.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 namespace {
