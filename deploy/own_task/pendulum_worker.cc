@@ -4,7 +4,7 @@
 #include <limits>
 #include <numbers>
 
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 #include "common/settings/settings_reader.h"
 #include "workers/app/worker_main.h"
 #include "workers/tasks/task.h"

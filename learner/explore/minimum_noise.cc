@@ -1,6 +1,6 @@
 #include "learner/explore/minimum_noise.h"
 
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 #include "common/settings/settings_reader.h"
 #include "learner/explore/setting_bounds.h"
 

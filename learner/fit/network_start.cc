@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/elementary.h"
-#include "common/base/mirrored.h"
-#include "common/base/random_stream.h"
+#include "common/numbers/elementary.h"
+#include "common/numbers/mirrored.h"
+#include "common/numbers/random_stream.h"
 #include "common/policy/input_range.h"
 #include "common/policy/network/network_policy.h"
 #include "common/settings/settings_reader.h"

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 #include "common/policy/linear/linear_policy.h"
 #include "common/policy/linear/spline_form.h"
 #include "common/settings/settings_reader.h"

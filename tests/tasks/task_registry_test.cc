@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
-#include "common/base/elementary.h"
 #include "common/mixture/gmr.h"
+#include "common/numbers/elementary.h"
 #include "common/settings/settings_reader.h"
 #include "common/settings/settings_reference.h"
 #include "tests/tasks/rollouts.h"

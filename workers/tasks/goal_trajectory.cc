@@ -6,9 +6,9 @@
 #include <numbers>
 #include <set>
 
-#include "common/base/elementary.h"
 #include "common/mixture/gmr.h"
 #include "common/mixture/mixture_settings.h"
+#include "common/numbers/elementary.h"
 #include "common/settings/settings_reader.h"
 
 namespace treeroll {

@@ -1,6 +1,6 @@
 #include "workers/tasks/plant_variation.h"
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 #include "common/settings/settings_reader.h"
 
 namespace treeroll {

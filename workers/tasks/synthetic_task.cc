@@ -11,8 +11,8 @@
 
 #include "common/base/check.h"
 #include "common/base/content_hash.h"
-#include "common/base/elementary.h"
-#include "common/base/random_stream.h"
+#include "common/numbers/elementary.h"
+#include "common/numbers/random_stream.h"
 #include "common/settings/settings_reader.h"
 #include "workers/tasks/setting_rules.h"
 

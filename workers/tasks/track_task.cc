@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 #include "common/settings/settings_reader.h"
 #include "workers/tasks/setting_rules.h"
 #include "workers/tasks/time_mean.h"

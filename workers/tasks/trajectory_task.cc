@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/base/check.h"
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 #include "common/settings/settings_reader.h"
 #include "workers/tasks/setting_rules.h"
 #include "workers/tasks/trace.h"

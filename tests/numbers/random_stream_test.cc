@@ -1,4 +1,4 @@
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/base/between.h"
+#include "common/numbers/between.h"
 
 #include <algorithm>
 

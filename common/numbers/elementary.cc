@@ -1,8 +1,8 @@
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 
 #include <cmath>
 
-#include "common/base/elementary_kernels.h"
+#include "common/numbers/elementary_kernels.h"
 
 // The header warns by the thousand and leaks macros: this is the only file that includes it.
 #pragma GCC diagnostic push

@@ -1,4 +1,4 @@
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "common/base/elementary_kernels.h"
-#include "common/base/random_stream.h"
+#include "common/numbers/elementary_kernels.h"
+#include "common/numbers/random_stream.h"
 
 namespace treeroll {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/base/mirrored.h"
+#include "common/numbers/mirrored.h"
 
 namespace treeroll {
 

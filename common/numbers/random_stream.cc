@@ -1,11 +1,11 @@
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 
 #include <Random123/philox.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 
 namespace treeroll {
 

@@ -1,4 +1,4 @@
-#include "common/base/processor.h"
+#include "common/numbers/processor.h"
 
 namespace treeroll {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/base/lanes.h"
+#include "common/numbers/lanes.h"
 
 /// sin, cos and exp as kernels over lanes. Less than one unit in the last place from the true value
 /// (.77, .79 and .95 measured against 64-bit mantissas): half of it is the last rounding.
