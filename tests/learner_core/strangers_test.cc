@@ -1,8 +1,9 @@
 // What anybody on the network may say where nobody has keys, and what comes of it: nothing.
 #include <gmock/gmock.h>
 
-#include <optional>
+#include <functional>
 #include <string>
+#include <variant>
 
 #include "tests/learner_core/cluster.h"
 
@@ -45,25 +46,19 @@ Calm calm(const Study& study, int num_workers) {
 
 auto says(const char* part) { return Contains(Field(&LogLine::text, HasSubstr(part))); }
 
-/// The last batch with roll-outs, once.
-class Ear {
- public:
-  explicit Ear(const Cluster& cluster) : cluster_(cluster) {}
-
-  const protocol::RolloutBatch* next() {
-    for (; at_ < cluster_.sent.size(); ++at_) {
-      const auto* batch = std::get_if<protocol::RolloutBatch>(&cluster_.sent[at_]);
-      if (batch == nullptr || batch->rollouts.empty()) continue;
-      ++at_;
-      return batch;
+/// Runs, and gives `hears` each batch with roll-outs as soon as it is sent, once: all on the
+/// network hear it. What is said to the cluster meanwhile may make it send more.
+void overhear(Cluster& cluster, Duration limit,
+              const std::function<void(const protocol::RolloutBatch&)>& hears) {
+  std::size_t place = 0;
+  cluster.run(limit, [&] {
+    for (; place < cluster.sent.size(); ++place) {
+      const protocol::Message message = cluster.sent[place];
+      const auto* batch = std::get_if<protocol::RolloutBatch>(&message);
+      if (batch != nullptr && !batch->rollouts.empty()) hears(*batch);
     }
-    return nullptr;
-  }
-
- private:
-  const Cluster& cluster_;
-  std::size_t at_ = 0;
-};
+  });
+}
 
 protocol::RewardBatch answer_to(const protocol::RolloutRequest& request, protocol::WorkerId from,
                                 double reward, std::int64_t index = 1) {
@@ -82,13 +77,9 @@ TEST(StrangersTest, WhoAnswersFirstAndWasNotAskedGivesNoReward) {
   cluster.add_worker(1);
   cluster.add_worker(2);
   cluster.start();
-  Ear ear(cluster);
   std::int64_t index = 0;
-  cluster.run(seconds(100), [&] {
-    while (const protocol::RolloutBatch* batch = ear.next()) {
-      const protocol::RolloutRequest request = batch->rollouts.front();
-      cluster.give(answer_to(request, kStranger, 1, ++index));
-    }
+  overhear(cluster, seconds(100), [&](const protocol::RolloutBatch& batch) {
+    cluster.give(answer_to(batch.rollouts.front(), kStranger, 1, ++index));
   });
   const Calm expected = calm(study, 2);
   ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
@@ -105,13 +96,10 @@ TEST(StrangersTest, AWorkerIsBelievedOnlyWhatItWasAsked) {
   cluster.add_worker(1);
   cluster.add_worker(2);
   cluster.start();
-  Ear ear(cluster);
   std::int64_t index = 1000;
-  cluster.run(seconds(100), [&] {
-    while (const protocol::RolloutBatch* batch = ear.next()) {
-      const protocol::RolloutRequest request = batch->rollouts.front();
-      if (request.worker_id == 1) cluster.give(answer_to(request, 2, 1, ++index));
-    }
+  overhear(cluster, seconds(100), [&](const protocol::RolloutBatch& batch) {
+    const protocol::RolloutRequest& request = batch.rollouts.front();
+    if (request.worker_id == 1) cluster.give(answer_to(request, 2, 1, ++index));
   });
   EXPECT_EQ(all_rewards(*cluster.core), calm(study, 2).rewards);
   EXPECT_EQ(cluster.core->counters().unasked, index - 1000);
@@ -123,14 +111,11 @@ TEST(StrangersTest, ARewardOutOfRangeInAWorkersNameCostsItNoTrust) {
   Cluster cluster(study);
   cluster.add_worker(1);
   cluster.start();
-  Ear ear(cluster);
   bool has_spoken = false;
-  cluster.run(seconds(100), [&] {
-    const protocol::RolloutBatch* batch = ear.next();
-    if (batch == nullptr || has_spoken || cluster.core->counters().applied < 3) return;
+  overhear(cluster, seconds(100), [&](const protocol::RolloutBatch& batch) {
+    if (has_spoken || cluster.core->counters().applied < 3) return;
     has_spoken = true;
-    const protocol::RolloutRequest request = batch->rollouts.front();
-    cluster.give(answer_to(request, 1, 1e9, 1'000'000));
+    cluster.give(answer_to(batch.rollouts.front(), 1, 1e9, 1'000'000));
   });
   ASSERT_TRUE(has_spoken);
   const Calm expected = calm(study, 1);
@@ -285,13 +270,10 @@ TEST(StrangersTest, WhoAnswersFirstInTheNameOfTheWorkerShows) {
   Cluster cluster(small_study(20, 1));
   cluster.add_worker(1);
   cluster.start();
-  Ear ear(cluster);
   std::int64_t index = 0;
-  cluster.run(seconds(100), [&] {
-    while (const protocol::RolloutBatch* batch = ear.next()) {
-      for (const protocol::RolloutRequest& request : batch->rollouts) {
-        cluster.give(answer_to(request, 1, .5, ++index));
-      }
+  overhear(cluster, seconds(100), [&](const protocol::RolloutBatch& batch) {
+    for (const protocol::RolloutRequest& request : batch.rollouts) {
+      cluster.give(answer_to(request, 1, .5, ++index));
     }
   });
   EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
@@ -308,15 +290,12 @@ TEST(StrangersTest, ASoundAnswerClearsItsWorkerOfARewardOutOfRange) {
     Cluster cluster(study);
     cluster.add_worker(1);
     cluster.start();
-    Ear ear(cluster);
     int num_spoken = 0;
-    cluster.run(seconds(100), [&] {
-      const protocol::RolloutBatch* batch = ear.next();
-      if (batch == nullptr) return;
+    overhear(cluster, seconds(100), [&](const protocol::RolloutBatch& batch) {
       const auto num_applied = cluster.core->counters().applied;
       if (is_read_before ? num_applied < 3 : num_spoken > 0) return;
       ++num_spoken;
-      cluster.give(answer_to(batch->rollouts.front(), 1, 1e9, 1));
+      cluster.give(answer_to(batch.rollouts.front(), 1, 1e9, 1));
     });
     EXPECT_GT(num_spoken, 0);
     const Calm expected = calm(study, 1);
