@@ -6,7 +6,7 @@
 /// (.77, .79 and .95 measured against 64-bit mantissas): half of it is the last rounding.
 ///
 /// Coefficients: minimax in the relative error of the function, by Remez exchange in 50 digits,
-/// then rounded (tests/base/elementary_coefficients.py prints them).
+/// then rounded.
 namespace treeroll::elementary {
 
 /// sin_cos() is for arguments up to here; with larger ones the reduction would lose digits.
