@@ -214,8 +214,8 @@ TEST(ProjectRulesTest, AFileThatIsTooLongIsFound) {
     for (int i = 0; i < count; ++i) text += "int f();\n";
     return text;
   };
-  EXPECT_THAT(findings("sim/a.cc", lines(601)), ElementsAre(HasSubstr("split the file")));
-  EXPECT_THAT(findings("sim/a.cc", lines(600)), IsEmpty());
+  EXPECT_THAT(findings("sim/a.cc", lines(401)), ElementsAre(HasSubstr("split the file")));
+  EXPECT_THAT(findings("sim/a.cc", lines(400)), IsEmpty());
 }
 
 TEST(ProjectRulesTest, GlobsAndFlagsThatChangeResultsAreFoundInCMakeFiles) {
