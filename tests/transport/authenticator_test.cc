@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/protocol/wire_sizes.h"
 #include "common/transport/codec.h"
 #include "tests/transport/signing_side.h"
 
