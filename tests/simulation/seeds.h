@@ -14,9 +14,9 @@ struct Part {
 };
 
 /// The seeds of a part: TREEROLL_SIMULATION_SEED is the one to repeat, TREEROLL_SIMULATION_SEEDS
-/// how many there are in all, else `count`; from TREEROLL_SIMULATION_FIRST on, else 1, so that a long
-/// run can be done piece by piece. With TREEROLL_SIMULATION_FRESH=N the second half begins at N:
-/// `deploy/test` takes it from the commit, so that every change meets new ones.
+/// how many there are in all, else `count`; from TREEROLL_SIMULATION_FIRST on, else 1, so that a
+/// long run can be done piece by piece. With TREEROLL_SIMULATION_FRESH=N the second half begins at
+/// N: `deploy/test` takes it from the commit, so that every change meets new ones.
 inline std::vector<std::uint64_t> seeds(std::uint64_t count, Part part = {}) {
   if (const char* one = std::getenv("TREEROLL_SIMULATION_SEED")) {
     const std::uint64_t seed = std::stoull(one);
