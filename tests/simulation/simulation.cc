@@ -213,10 +213,11 @@ Duration Simulation::patience() const {
       5 * 3 * (scenario_.task.duration_max + 2 * scenario_.task.time_limit + seconds(1));
   // A roll-out that is held for ever is given to another worker after a second or four durations,
   // a deaf worker may have it for some leases.
-  const bool lasting = std::any_of(
-      scenario_.incidents.begin(), scenario_.incidents.end(), [](const Incident& incident) {
-        return incident.kind == Kind::kEvaluatorsStuck || incident.kind == Kind::kWorkerDeaf;
-      });
+  const bool lasting = std::any_of(scenario_.incidents.begin(), scenario_.incidents.end(),
+                                   [](const Incident& incident) {
+                                     return incident.kind == Incident::Kind::kEvaluatorsStuck ||
+                                            incident.kind == Incident::Kind::kWorkerDeaf;
+                                   });
   const Duration held = lasting ? 3 * (seconds(1) + 4 * scenario_.task.duration_max) : Duration{};
   Duration sum = seconds(60);
   const VirtualTask task(scenario_.seed, scenario_.task);
