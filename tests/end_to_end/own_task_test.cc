@@ -124,6 +124,8 @@ TEST_F(OwnTaskTest, InstallsAPageAndACompletionOfEachProgram) {
     EXPECT_THAT(read_file(prefix_ / "share/bash-completion/completions" / name),
                 HasSubstr("complete -o filenames -F"))
         << name;
+    EXPECT_TRUE(fs::exists(prefix_ / "share/zsh/site-functions" / ("_" + name))) << name;
+    EXPECT_TRUE(fs::exists(prefix_ / "share/fish/vendor_completions.d" / (name + ".fish"))) << name;
   }
   EXPECT_GE(num_programs, 8);
 }
