@@ -1,4 +1,4 @@
-"""Each tutorial of deploy/doc/tutorials, as its reader follows it with an installed treeroll.
+"""Each tutorial of deploy/doc/tutorials, and the README, as their reader follows them with an installed treeroll.
 
 TREEROLL_PREFIX is where it is installed."""
 
@@ -18,6 +18,9 @@ PICTURE_BYTES_LEAST = 2_000
 
 class TutorialTest(unittest.TestCase):
     def follow(self, name, num_commands_least):
+        return self.follow_page(TUTORIALS / f"{name}.md", num_commands_least)
+
+    def follow_page(self, page, num_commands_least):
         """Every command does what the page says, and every picture can be made anew."""
         folder = tempfile.TemporaryDirectory(prefix="treeroll-tutorial-")
         self.addCleanup(folder.cleanup)
@@ -31,10 +34,16 @@ class TutorialTest(unittest.TestCase):
                 self.assertGreater(source.stat().st_size, PICTURE_BYTES_LEAST, source)
             pictures.append(picture)
 
-        reader = Reader(TUTORIALS / f"{name}.md", Path(folder.name), PREFIX, url)
+        home = Path(folder.name)
+        (home / "build").mkdir()
+        (home / "build/release").symlink_to(PREFIX)  # of the clone in which the README is read
+        reader = Reader(page, home, PREFIX, url)
         reader.read(see)
         self.assertGreaterEqual(reader.num_commands, num_commands_least)
         return pictures
+
+    def test_readme(self):
+        self.follow_page(SOURCE / "README.md", 4)
 
     def test_demonstration(self):
         self.assertGreaterEqual(len(self.follow("demonstration", 8)), 3)
