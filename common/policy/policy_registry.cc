@@ -7,8 +7,8 @@
 
 #include "common/base/check.h"
 #include "common/base/json_text.h"
-#include "common/base/settings_reader.h"
 #include "common/policy/policy_bounds.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 namespace {
