@@ -98,7 +98,8 @@ TEST_F(CompletionTest, FishCompletesOptionsAndTheirWords) {
 
 TEST_F(CompletionTest, ZshCompletesOptionsAndTheirWords) {
   if (!fs::exists("/usr/bin/zsh")) GTEST_SKIP() << "no zsh: deploy/install-packages shells";
-  // Only a shell that is typed into completes: it has a terminal, into which words and a tab go.
+  // Only a shell that is typed into completes: it has a terminal, into which words and a tab go. What
+  // is typed before the editor has shown its prompt would come back as it is.
   const std::string script = R"(
 zmodload zsh/zpty
 hear() {
@@ -109,8 +110,8 @@ hear() {
   done
 }
 zpty -b typed zsh -f -i
-zpty -w typed "PS1=; fpath=(${1:h} \$fpath); autoload -Uz compinit; compinit -u -D; print BE''GIN"
-hear BEGIN
+zpty -w typed "PS1=PRO''MPT; fpath=(${1:h} \$fpath); autoload -Uz compinit; compinit -u -D"
+hear PROMPT
 zpty -w -n typed "treeroll-learner $2"$'\t'
 zpty -w -n typed ' END'
 hear END
