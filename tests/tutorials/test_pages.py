@@ -7,7 +7,7 @@ import subprocess
 import unittest
 from pathlib import Path
 
-from page import Picture, steps_of
+from page import Command, Picture, steps_of
 
 SOURCE = Path(os.environ["TREEROLL_SOURCE_DIR"])
 PROGRAMS = Path(os.environ["TREEROLL_PROGRAMS"])
@@ -84,6 +84,12 @@ def unknown_options(text):
     return unknown
 
 
+def folders_made(page):
+    """In the home folder, by the commands of a tutorial."""
+    texts = [step.text for step in steps_of(page) if isinstance(step, Command)]
+    return {name for text in texts for name in re.findall(r"(?:mkdir -p|cp -r \S+) ~/(\S+)", text)}
+
+
 class PagesTest(unittest.TestCase):
     def test_every_link_leads_somewhere(self):
         texts = pages()
@@ -129,6 +135,13 @@ class DocumentationTest(unittest.TestCase):
                 continue
             self.assertRegex(head, r"At the end you have", name)
             self.assertRegex(head, r"It takes about\s\d+ minutes", name)
+
+    def test_a_reader_of_all_tutorials_finds_each_in_a_folder_of_its_own(self):
+        made = {page.name: folders_made(page) for page in (DOC / "tutorials").glob("*.md")}
+        names = [name for folders in made.values() for name in folders]
+        self.assertGreaterEqual(len(names), 6)
+        self.assertEqual(sorted(names), sorted(set(names)), made)
+        self.assertNotIn("treeroll", names)  # where it is installed
 
     def test_every_page_is_in_the_index(self):
         index = (DOC / "README.md").read_text()
