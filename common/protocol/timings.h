@@ -18,14 +18,17 @@ namespace treeroll::protocol {
 inline constexpr Duration kBusyHeartbeat = std::chrono::milliseconds(100);
 inline constexpr Duration kIdleHeartbeat = std::chrono::milliseconds(250);
 /// An answer may wait so long for others to go along with, while there is work enough.
-inline constexpr Duration kAnswerDelayMax = std::chrono::milliseconds(4);
+inline constexpr Duration kAnswerDelayMax = std::chrono::milliseconds(8);
+/// And no longer than this share of the work that each evaluator has queued: so much less is in the
+/// queue then.
+inline constexpr double kAnswerShareOfWork = .25;
 /// Answers that have not been seen are repeated, ever more seldom.
 inline constexpr Duration kRepeatIntervalMin = std::chrono::milliseconds(3);
 /// The first time where the learner's messages are lost too, so that silence is no mere slowness.
 inline constexpr Duration kRepeatIntervalLossy = std::chrono::microseconds(500);
 inline constexpr Duration kRepeatIntervalMax = std::chrono::seconds(1);
 /// The same where all have been seen and some are not on stable storage: the word of that is lost.
-inline constexpr Duration kSettleIntervalMin = std::chrono::milliseconds(100);
+inline constexpr Duration kSettleIntervalMin = std::chrono::milliseconds(250);
 /// Between two requests for what is missing, ever longer; and when roll-outs without it are let go.
 inline constexpr Duration kAskIntervalMin = std::chrono::milliseconds(5);
 inline constexpr Duration kAskIntervalMax = std::chrono::milliseconds(50);
@@ -51,6 +54,8 @@ inline constexpr Duration kGreetingPause = std::chrono::milliseconds(100);
 inline constexpr Duration kDeafnessTold = std::chrono::seconds(3);
 /// The shortest lease of a roll-out that no worker has said it holds; and of one that it has.
 inline constexpr Duration kLeaseMin = std::chrono::milliseconds(10);
+/// A lease is so many times the work that is queued before its roll-out.
+inline constexpr double kLeasePerWork = 4;
 inline constexpr Duration kHeldLeaseMin = std::chrono::seconds(1);
 /// Between two publications of one piece of a definition, however many workers ask.
 inline constexpr Duration kPublicationPause = std::chrono::milliseconds(4);
@@ -58,7 +63,7 @@ inline constexpr Duration kPublicationPause = std::chrono::milliseconds(4);
 /// any worker take it along sooner.
 inline constexpr Duration kSeenDelayMax = std::chrono::milliseconds(1);
 /// How long an accepted result may wait for stable storage; and then its worker for the word of it.
-inline constexpr Duration kSyncPeriod = std::chrono::milliseconds(20);
+inline constexpr Duration kSyncPeriod = std::chrono::milliseconds(50);
 /// A learner that ends waits so long for the local worker it has told to end.
 inline constexpr Duration kLocalWorkerGrace = std::chrono::seconds(6);
 
@@ -120,7 +125,7 @@ static_assert(
     "a roll-out that is held is named again, four losses in between, before its lease ends");
 static_assert(kRepeatIntervalMin < kLeaseMin,
               "an answer that was lost is repeated before its roll-out is asked for again");
-static_assert(2 * kAnswerDelayMax < kLeaseMin,
+static_assert(8 * kAnswerShareOfWork < kLeasePerWork,
               "a lease outlasts the time an answer waits for others");
 static_assert(2 * kSeenDelayMax < kRepeatIntervalMin,
               "what has been seen is not repeated before its worker can know");

@@ -15,7 +15,7 @@ constexpr Duration kLeaseUnknown = std::chrono::seconds(1);
 constexpr Duration kLeaseMax = std::chrono::hours(24);
 /// Roll-outs queued at an evaluator cover this much of the network's delay, and of the time in
 /// which a lost message is noticed and sent again.
-constexpr double kCoveredDelaySeconds = 20e-3;
+constexpr double kCoveredDelaySeconds = 40e-3;
 /// More than any window: the others come first.
 constexpr double kLoadOfSecondChoice = 1e6;
 constexpr int kDepthMin = 2;
@@ -141,7 +141,7 @@ Duration lease_duration(const WorkerEntry& worker, std::size_t num_leased, doubl
   }
   const double queued_s =
       rollout_time_s * static_cast<double>(num_leased + 1) / worker.num_evaluators;
-  const double lease_s = 4 * std::max(*worker.answer_time_s, queued_s);
+  const double lease_s = protocol::kLeasePerWork * std::max(*worker.answer_time_s, queued_s);
   if (lease_s >= to_seconds(kLeaseMax)) return kLeaseMax;
   return std::max(protocol::kLeaseMin,
                   std::chrono::duration_cast<Duration>(std::chrono::duration<double>(lease_s)));

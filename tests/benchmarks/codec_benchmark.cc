@@ -76,7 +76,7 @@ void decode(benchmark::State& state, Message (*make)(std::int32_t)) {
 
 /// A learner and a worker of its that have met: each knows the other's key.
 struct Signers {
-  transport::Authenticator learner{ring(line_of(transport::Key{}))};
+  transport::Authenticator learner{ring(transport::line_of(transport::Key{}))};
   transport::Authenticator worker{ring(line_of(transport::worker_key({}, 1)))};
 
   static transport::KeyRing ring(const std::string& line) {

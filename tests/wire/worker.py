@@ -130,7 +130,7 @@ class Worker:
             for index in [i for i in link.answers if i <= word["result_index"]]:
                 del link.answers[index]
             if link.seen >= link.last_index:
-                link.repeat_at, link.pause = now + 0.1, 0.1
+                link.repeat_at, link.pause = now + 0.25, 0.25
         for request in asked:
             self.take(batch["learner_id"], link, request)
 

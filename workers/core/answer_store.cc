@@ -15,6 +15,15 @@ constexpr std::size_t kForgottenMax = protocol::kForgottenLearnersMax;
 
 }  // namespace
 
+/// The content is a hash already, of all that is asked; runs and numbers are small.
+std::size_t AnswerStore::QuestionHash::operator()(const Question& question) const {
+  constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15U;  // spreads what is small over all bits
+  const auto& [key, content] = question;
+  const auto place = static_cast<std::uint64_t>(key.run) << 32U ^
+                     static_cast<std::uint64_t>(static_cast<std::uint32_t>(key.number));
+  return static_cast<std::uint64_t>(content) ^ (place * kOdd);
+}
+
 AnswerStore::AnswerStore(std::size_t num_answers_max) : num_answers_max_(num_answers_max) {
   CHECK(num_answers_max_ > 0, "a store without room");
 }
@@ -27,15 +36,18 @@ void AnswerStore::add(protocol::LearnerId learner, const protocol::RolloutResult
     row.last_index = row.acknowledged = before;
     forgotten_.erase(learner);
   }
-  CHECK(!row.indices.contains({result.key, result.content}), "a question answered twice");
-  append(row, result);
+  const bool is_new = append(row, result);
+  CHECK(is_new, "a question answered twice");
   ++num_answers_;
   evict();
 }
 
-void AnswerStore::append(Row& row, protocol::RolloutResult result) {
-  row.indices[{result.key, result.content}] = ++row.last_index;
+/// @return whether the question has not been answered before
+bool AnswerStore::append(Row& row, protocol::RolloutResult result) {
+  const Question question{result.key, result.content};
+  const bool is_new = row.indices.insert_or_assign(question, ++row.last_index).second;
   row.answers.push_back({.result = std::move(result), .age = next_age_++});
+  return is_new;
 }
 
 std::optional<std::int64_t> AnswerStore::repeat(protocol::LearnerId learner,

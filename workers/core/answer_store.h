@@ -7,6 +7,7 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -52,6 +53,9 @@ class AnswerStore {
 
  private:
   using Question = std::pair<protocol::RolloutKey, std::int64_t>;  // with its content
+  struct QuestionHash {
+    std::size_t operator()(const Question& question) const;
+  };
   struct Answer {
     protocol::RolloutResult result;
     std::int64_t age = 0;
@@ -62,7 +66,7 @@ class AnswerStore {
     std::int64_t last_index = 0;
     std::int64_t acknowledged = 0;  ///< all up to this index
     std::deque<Answer> answers;     ///< the last one has last_index, the first one is here
-    std::map<Question, std::int64_t> indices;
+    std::unordered_map<Question, std::int64_t, QuestionHash> indices;  // of tens of thousands
 
     std::int64_t first_kept() const { return last_index - std::ssize(answers) + 1; }
     std::int64_t first_pending() const { return std::max(acknowledged + 1, first_kept()); }
@@ -71,7 +75,7 @@ class AnswerStore {
     }
   };
 
-  void append(Row& row, protocol::RolloutResult result);
+  bool append(Row& row, protocol::RolloutResult result);
   void drop_leading_gaps(Row& row);
   void evict();
 

@@ -15,9 +15,6 @@ namespace {
 /// not costs the network little.
 constexpr int kBatchesPerRepetitionMax = 4;
 
-/// An answer waits for this share of the work that is queued: so much less is in the queue then.
-constexpr double kShareOfWork = .25;
-
 }  // namespace
 
 /// Bytes of results in a batch.
@@ -62,9 +59,9 @@ Duration WorkerCore::answer_wait(protocol::LearnerId id, const LearnerLink& lear
       static_cast<std::size_t>(answers_.last_index(id) - learner.last_index_sent());
   const bool is_full = num_new * protocol::rollout_result_bytes(0) >= batch_room();
   if (draining_ || runs_dry || is_full || learner.loses_batches()) return {};
-  return std::min(
-      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kShareOfWork * work_s)),
-      settings_.answer_delay_max);
+  return std::min(std::chrono::duration_cast<Duration>(
+                      std::chrono::duration<double>(protocol::kAnswerShareOfWork * work_s)),
+                  settings_.answer_delay_max);
 }
 
 void WorkerCore::send_answers_if_due(const Turn& turn, protocol::LearnerId id,
