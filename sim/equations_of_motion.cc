@@ -1,6 +1,6 @@
 #include "sim/equations_of_motion.h"
 
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 #include "sim/rk4_kernel.h"
 
 namespace treeroll::sim {

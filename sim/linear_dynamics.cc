@@ -1,6 +1,6 @@
 #include "sim/linear_dynamics.h"
 
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 #include "sim/equations_of_motion.h"
 
 namespace treeroll::sim {

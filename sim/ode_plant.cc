@@ -6,7 +6,7 @@
 #include <numbers>
 #include <optional>
 
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 #include "sim/ode_guard.h"
 #include "sim/output_steps.h"
 

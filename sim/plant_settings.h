@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "sim/cart_pendulum.h"
 #include "sim/dopri5_plant.h"
 

@@ -1,11 +1,11 @@
 #pragma once
 
-#include "common/base/elementary_kernels.h"
-#include "common/base/lanes.h"
+#include "common/numbers/elementary_kernels.h"
+#include "common/numbers/lanes.h"
 #include "sim/double_pendulum.h"
 
 /// The equations of motion and a step of Runge and Kutta as kernels over lanes
-/// (common/base/lanes.h): V is one double, or a vector of them with a plant a lane.
+/// (common/numbers/lanes.h): V is one double, or a vector of them with a plant a lane.
 namespace treeroll::sim::kernel {
 
 /// CartPendulumState, a plant a lane.

@@ -1,6 +1,6 @@
 #include "sim/rk4_lanes.h"
 
-#include "common/base/lanes.h"
+#include "common/numbers/lanes.h"
 #include "sim/rk4_kernel.h"
 
 namespace treeroll::sim {

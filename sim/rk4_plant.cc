@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "common/base/processor.h"
+#include "common/numbers/processor.h"
 #include "sim/output_steps.h"
 #include "sim/rk4_kernel.h"
 #include "sim/rk4_lanes.h"

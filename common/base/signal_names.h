@@ -7,6 +7,7 @@
 
 namespace treeroll {
 
+inline constexpr std::size_t kSignalsMax = 1024;  ///< inputs or outputs
 inline constexpr std::size_t kSignalNameBytesMax = 128;
 
 /// What a task calls the inputs and outputs of its policies: each a name with its unit last, as a

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/base/mirrored.h"
+#include "common/numbers/mirrored.h"
 
 namespace treeroll {
 namespace {

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "common/base/check.h"
-#include "common/base/elementary.h"
-#include "common/base/mirrored.h"
-#include "common/base/processor.h"
 #include "common/mixture/gmr_lanes.h"
+#include "common/numbers/elementary.h"
+#include "common/numbers/mirrored.h"
+#include "common/numbers/processor.h"
 
 namespace treeroll {
 namespace {

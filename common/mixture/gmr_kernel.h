@@ -1,9 +1,9 @@
 #pragma once
 
-#include "common/base/elementary_kernels.h"
-#include "common/base/lanes.h"
+#include "common/numbers/elementary_kernels.h"
+#include "common/numbers/lanes.h"
 
-/// Gaussian mixture regression for one input, as a kernel over lanes (common/base/lanes.h): V is
+/// Gaussian mixture regression for one input, as a kernel over lanes (common/numbers/lanes.h): V is
 /// one double, or a vector of them with an input a lane.
 namespace treeroll::gmr_kernel {
 

@@ -1,6 +1,6 @@
 #include "common/mixture/gmr_lanes.h"
 
-#include "common/base/lanes.h"
+#include "common/numbers/lanes.h"
 
 namespace treeroll {
 

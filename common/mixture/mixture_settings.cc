@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 namespace {

@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/base/settings_reader.h"
 #include "common/policy/policy_bounds.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 namespace {

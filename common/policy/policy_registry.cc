@@ -7,9 +7,8 @@
 
 #include "common/base/check.h"
 #include "common/base/json_text.h"
-#include "common/base/settings_reader.h"
-#include "common/base/task_description.h"
 #include "common/policy/policy_bounds.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 namespace {
@@ -33,8 +32,8 @@ json parse(std::string_view text) {
 
 SignalNames read_signals(const PolicyText& content, const Policy& policy) {
   content.need_keys({"inputs", "outputs"});
-  SignalNames names{content.at("inputs").strings(kTaskDimMax),
-                    content.at("outputs").strings(kTaskDimMax)};
+  SignalNames names{content.at("inputs").strings(kSignalsMax),
+                    content.at("outputs").strings(kSignalsMax)};
   if (names.empty()) throw PolicyTextError("$.signals", "must name inputs and outputs");
   if (const auto fault = fault_of(names, policy.input_dim(), policy.output_dim())) {
     throw PolicyTextError("$.signals", "are wrong: " + *fault);

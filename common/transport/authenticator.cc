@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <string_view>
 #include <utility>
 
 #include "common/base/check.h"
 #include "common/protocol/limits.h"
 #include "common/protocol/wire_sizes.h"
+#include "common/transport/signature.h"
 
 namespace treeroll::transport {
 namespace {
@@ -19,8 +19,6 @@ namespace {
 using protocol::kFingerprintBytes;
 using protocol::kMacBytes;
 using protocol::kSignatureBytes;
-using Bytes = std::span<const std::byte>;
-using Mac = std::array<unsigned char, kMacBytes>;
 
 /// Of all that are remembered; the one that has been silent longest goes, first of those that have
 /// proved nothing.
@@ -29,101 +27,6 @@ constexpr std::size_t kSendersMax = 4 * protocol::kWorkersMax;
 constexpr std::size_t kSendersPerKeyMax = protocol::kWorkersMax;
 /// Names that one process has had: a relay has one for each learner that it has served.
 constexpr std::size_t kOwnNamesMax = 1024;
-
-const unsigned char* raw(const std::byte* bytes) {
-  return reinterpret_cast<const unsigned char*>(bytes);
-}
-
-std::int64_t number_at(Bytes bytes, std::size_t at) {
-  std::uint64_t number = 0;
-  for (std::size_t i = 0; i < 8; ++i)
-    number = number << 8 | std::to_integer<unsigned>(bytes[at + i]);
-  return static_cast<std::int64_t>(number);
-}
-
-void put_number(std::byte* at, std::int64_t number, std::size_t size) {
-  for (std::size_t i = 0; i < size; ++i) {
-    at[i] = static_cast<std::byte>(static_cast<std::uint64_t>(number) >> (8 * (size - 1 - i)));
-  }
-}
-
-// Every message begins with its fingerprint and its sender, and ends with its signature.
-std::int64_t sender_in(Bytes bytes) { return number_at(bytes, kFingerprintBytes); }
-std::int64_t key_id_in(Bytes bytes) { return number_at(bytes, bytes.size() - kSignatureBytes); }
-std::int64_t index_in(Bytes bytes) { return number_at(bytes, bytes.size() - kSignatureBytes + 8); }
-Bytes mac_in(Bytes bytes) { return bytes.last(kMacBytes); }
-
-bool is_of_worker(Channel channel) {
-  return channel == Channel::kRewardBatch || channel == Channel::kWorkerStatus ||
-         channel == Channel::kDefinitionRequest || channel == Channel::kDefinitionReport;
-}
-
-class Hash {
- public:
-  /// @param key  null: none
-  Hash(const Key* key, std::size_t size) : size_(size) {
-    CHECK(crypto_generichash_init(&state_, key ? key->data() : nullptr, key ? key->size() : 0,
-                                  size) == 0,
-          "BLAKE2b refuses a key of 32 bytes");
-  }
-  Hash& add(Bytes bytes) {
-    crypto_generichash_update(&state_, raw(bytes.data()), bytes.size());
-    return *this;
-  }
-  Hash& add(const char* text_with_nul) {
-    crypto_generichash_update(&state_, reinterpret_cast<const unsigned char*>(text_with_nul),
-                              std::strlen(text_with_nul) + 1);
-    return *this;
-  }
-  void write(unsigned char* to) { crypto_generichash_final(&state_, to, size_); }
-
- private:
-  crypto_generichash_state state_;
-  std::size_t size_;
-};
-
-Mac mac_of(const Key& key, Channel channel, Bytes bytes) {
-  Mac mac{};
-  Hash(&key, mac.size())
-      .add(channel_name(channel))
-      .add(bytes.first(bytes.size() - kMacBytes))
-      .write(mac.data());
-  return mac;
-}
-
-bool is_mac(Bytes given, const Mac& mac) {
-  return sodium_memcmp(given.data(), mac.data(), mac.size()) == 0;
-}
-
-/// Those whom a batch names, by ascending id.
-std::vector<std::int64_t> named_in(const protocol::RolloutBatch& batch) {
-  std::vector<std::int64_t> named;
-  named.reserve(batch.rollouts.size() + batch.acknowledgements.size());
-  for (const auto& request : batch.rollouts) named.push_back(request.worker_id);
-  for (const auto& word : batch.acknowledgements) named.push_back(word.worker_id);
-  std::sort(named.begin(), named.end());
-  named.erase(std::unique(named.begin(), named.end()), named.end());
-  return named;
-}
-
-/// Of a batch and its index, but for the authentication codes in it: what the word to each worker
-/// is signed over.
-std::array<std::byte, 32> digest_of(Bytes bytes, std::size_t num_words) {
-  const std::size_t tail = kSignatureBytes + protocol::kWordMacBytes * num_words + 4;
-  std::array<std::byte, 32> digest{};
-  Hash(nullptr, digest.size())
-      .add(channel_name(Channel::kRolloutBatch))
-      .add(bytes.first(bytes.size() - tail))
-      .add(bytes.subspan(bytes.size() - kSignatureBytes + 8, 8))
-      .write(reinterpret_cast<unsigned char*>(digest.data()));
-  return digest;
-}
-
-Mac word_mac(const Key& key, Bytes digest) {
-  Mac mac{};
-  Hash(&key, mac.size()).add(digest).write(mac.data());
-  return mac;
-}
 
 }  // namespace
 

@@ -4,8 +4,8 @@
 #include <limits>
 #include <numbers>
 
-#include "common/base/elementary.h"
-#include "common/base/settings_reader.h"
+#include "common/numbers/elementary.h"
+#include "common/settings/settings_reader.h"
 #include "workers/app/worker_main.h"
 #include "workers/tasks/task.h"
 #include "workers/tasks/trace.h"

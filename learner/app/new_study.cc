@@ -13,8 +13,8 @@
 #include <utility>
 
 #include "common/base/config_error.h"
-#include "common/base/task_agreement.h"
 #include "common/program/standard_output.h"
+#include "common/task_facts/task_agreement.h"
 #include "learner/study/new_study_text.h"
 #include "learner/study/setting_overlay.h"
 #include "learner/study/toml_source.h"

@@ -3,8 +3,8 @@
 #include <map>
 #include <vector>
 
-#include "common/base/task_description.h"
 #include "common/base/time.h"
+#include "common/task_facts/task_description.h"
 #include "learner/core/ledger.h"
 #include "learner/core/worker_table.h"
 

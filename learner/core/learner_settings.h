@@ -6,9 +6,9 @@
 #include <map>
 #include <string>
 
-#include "common/base/task_description.h"
 #include "common/protocol/limits.h"
 #include "common/protocol/messages.h"
+#include "common/task_facts/task_description.h"
 
 namespace treeroll::learner {
 

@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "common/base/check.h"
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 
 namespace treeroll::learner {
 namespace {

@@ -16,7 +16,7 @@ namespace treeroll {
 struct Condition {
   std::string name;  ///< unique in the study
   /// JSON {"name": ..., "settings": {...}}, keys sorted; where the task has been asked, beside them
-  /// "described": what it said of itself (common/base/task_agreement.h).
+  /// "described": what it said of itself (common/task_facts/task_agreement.h).
   std::string task_content;
   PolicyPtr start;  ///< before any roll-out; not null
   explore::ExplorationSettings exploration;

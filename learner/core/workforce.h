@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/task_description.h"
+#include "common/task_facts/task_description.h"
 #include "learner/core/answer.h"
 #include "learner/core/definition_book.h"
 #include "learner/core/learner_events.h"
@@ -101,18 +101,20 @@ class Workforce {
   bool journal_is_behind() const { return num_unsynced_ >= settings_.unsynced_results_max; }
 
  private:
-  // workforce.cc: what workers say of themselves and of definitions.
+  // workforce.cc: what workers say of themselves, and what is said to them.
   void on(const Turn& turn, const protocol::WorkerStatus& status);
-  void on(const Turn& turn, const protocol::DefinitionRequest& request);
-  void on(const Turn& turn, const protocol::DefinitionReport& report);
   WorkerEntry* hear(const Turn& turn, protocol::WorkerId id);
   void note_echo(const Turn& turn, WorkerEntry& worker, std::int64_t last_batch);
+  void note_lost(TimePoint now, protocol::WorkerId worker, TimePoint issued_at);
+  Ledger::Entry close(protocol::RolloutKey key, protocol::WorkerId from = 0);
+  void acknowledge(protocol::WorkerId id, TimePoint by);
+  std::vector<protocol::Acknowledgement> take_acknowledgements(TimePoint now, bool goes_along);
+
+  // workforce_definitions.cc: what they need to know: tasks, policies, long thetas.
+  void on(const Turn& turn, const protocol::DefinitionRequest& request);
+  void on(const Turn& turn, const protocol::DefinitionReport& report);
   void refuse(const Turn& turn, WorkerEntry& worker, const ContentHash& definition,
               const std::string& reason);
-  void take_description(const Turn& turn, WorkerEntry& worker, const ContentHash& task,
-                        const TaskDescription& facts);
-  void elect_description(const Turn& turn, const ContentHash& task);
-  void forget_descriptions_of(protocol::WorkerId worker);
   static protocol::DefinitionName task_name(const ContentHash& id) {
     return {protocol::DefinitionKind::kTask, id};
   }
@@ -122,9 +124,6 @@ class Workforce {
   void send_definitions(const Turn& turn);
   void publish_undescribed_tasks(TimePoint now);
   void detach_theta(TimePoint now, protocol::RolloutRequest& request);
-  Ledger::Entry close(protocol::RolloutKey key, protocol::WorkerId from = 0);
-  void acknowledge(protocol::WorkerId id, TimePoint by);
-  std::vector<protocol::Acknowledgement> take_acknowledgements(TimePoint now, bool goes_along);
 
   // workforce_answers.cc: what they answer.
   void on(const Turn& turn, const protocol::RewardBatch& batch);
@@ -139,14 +138,6 @@ class Workforce {
   void note_conflict(const Turn& turn, const WorkerEntry& worker,
                      const protocol::RolloutResult& result, const Answer& before,
                      const TaskDescription& facts);
-  bool suspect(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result,
-               std::int64_t index, const TaskDescription& facts);
-  void clear_of_suspicion(const Turn& turn, WorkerEntry& worker, const Ledger::Entry& answered,
-                          protocol::RolloutKey key);
-  bool forget_refusals_of(WorkerEntry& worker, const Question& question);
-  void settle_suspicion(const Turn& turn, WorkerEntry& worker, const protocol::HeldRollouts& held);
-  void forget_false_refusals(const Turn& turn, WorkerEntry& worker,
-                             const protocol::HeldRollouts& held);
   void note_timing(TimePoint now, WorkerEntry& worker, const protocol::RolloutResult& result,
                    const Ledger::Entry& entry);
   bool answers_open_question(const protocol::RolloutResult& result) const;
@@ -158,9 +149,22 @@ class Workforce {
   void confirm_leases(TimePoint now, WorkerEntry& worker, std::int64_t last_batch,
                       const std::vector<protocol::RolloutKey>& held);
   void reconcile(TimePoint now, WorkerEntry& worker, const protocol::HeldRollouts& held);
-  void note_lost(TimePoint now, protocol::WorkerId worker, TimePoint issued_at);
   void note_class(const Turn& turn, WorkerEntry& worker);
   void compare_with_demand(const Turn& turn, WorkerEntry& worker);
+
+  // workforce_trust.cc: whom to believe where nobody signs.
+  bool suspect(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result,
+               std::int64_t index, const TaskDescription& facts);
+  void settle_suspicion(const Turn& turn, WorkerEntry& worker, const protocol::HeldRollouts& held);
+  void clear_of_suspicion(const Turn& turn, WorkerEntry& worker, const Ledger::Entry& answered,
+                          protocol::RolloutKey key);
+  bool forget_refusals_of(WorkerEntry& worker, const Question& question);
+  void forget_false_refusals(const Turn& turn, WorkerEntry& worker,
+                             const protocol::HeldRollouts& held);
+  void take_description(const Turn& turn, WorkerEntry& worker, const ContentHash& task,
+                        const TaskDescription& facts);
+  void elect_description(const Turn& turn, const ContentHash& task);
+  void forget_descriptions_of(protocol::WorkerId worker);
 
   LearnerSettings settings_;
   Client& client_;

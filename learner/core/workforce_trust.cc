@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "common/base/task_agreement.h"
+#include "common/task_facts/task_agreement.h"
 #include "learner/core/workforce.h"
 
 namespace treeroll::learner {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "learner/explore/exploration_settings.h"
 #include "learner/explore/weighted_rule.h"
 

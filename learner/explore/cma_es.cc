@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "common/base/check.h"
-#include "common/base/elementary.h"
-#include "common/base/mirrored.h"
+#include "common/numbers/elementary.h"
+#include "common/numbers/mirrored.h"
 #include "learner/explore/perturbation.h"
 
 namespace treeroll::explore {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "learner/explore/cma_es.h"
 #include "learner/explore/exploration_settings.h"
 #include "learner/explore/setting_bounds.h"

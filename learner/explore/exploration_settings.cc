@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "learner/explore/setting_bounds.h"
 
 namespace treeroll::explore {

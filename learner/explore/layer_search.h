@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 #include "learner/explore/convergence.h"
 #include "learner/explore/exploration_settings.h"
 #include "learner/explore/layer_start.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/base/check.h"
-#include "common/base/mirrored.h"
+#include "common/numbers/mirrored.h"
 
 namespace treeroll::explore {
 namespace {

@@ -1,7 +1,7 @@
 #include "learner/explore/minimum_noise.h"
 
-#include "common/base/elementary.h"
-#include "common/base/settings_reader.h"
+#include "common/numbers/elementary.h"
+#include "common/settings/settings_reader.h"
 #include "learner/explore/setting_bounds.h"
 
 namespace treeroll::explore {

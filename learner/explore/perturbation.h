@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 
 namespace treeroll::explore {
 

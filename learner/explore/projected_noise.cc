@@ -3,7 +3,7 @@
 #include <Eigen/QR>
 
 #include "common/base/check.h"
-#include "common/base/mirrored.h"
+#include "common/numbers/mirrored.h"
 
 namespace treeroll::explore {
 namespace {

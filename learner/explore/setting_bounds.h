@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll::explore {
 

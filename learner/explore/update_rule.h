@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 #include "learner/explore/best_rollouts.h"
 #include "learner/explore/layer_start.h"
 #include "learner/explore/search_distribution.h"

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "common/base/check.h"
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 
 namespace treeroll::explore {
 

@@ -1,6 +1,6 @@
 #include "learner/fit/automatic_start.h"
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/demonstration_settings.h"
 #include "learner/fit/missing_outputs.h"
 #include "learner/fit/network_start.h"

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/settings_reader.h"
 #include "common/policy/linear/basis_form.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/linear_fit.h"
 
 namespace treeroll {

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/settings_reader.h"
 #include "common/mixture/mixture_settings.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 namespace {

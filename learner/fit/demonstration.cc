@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "common/base/check.h"
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 
 namespace treeroll {
 

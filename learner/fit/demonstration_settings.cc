@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/demonstration.h"
 #include "learner/fit/missing_outputs.h"
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "common/base/check.h"
-#include "common/base/mirrored.h"
-#include "common/base/random_stream.h"
+#include "common/numbers/mirrored.h"
+#include "common/numbers/random_stream.h"
 
 namespace treeroll {
 namespace {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/settings_reader.h"
 #include "common/policy/input_range.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/missing_outputs.h"
 #include "learner/fit/relative_error.h"
 

@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/elementary.h"
-#include "common/base/mirrored.h"
-#include "common/base/random_stream.h"
-#include "common/base/settings_reader.h"
+#include "common/numbers/elementary.h"
+#include "common/numbers/mirrored.h"
+#include "common/numbers/random_stream.h"
 #include "common/policy/input_range.h"
 #include "common/policy/network/network_policy.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/demonstration_settings.h"
 #include "learner/fit/levenberg_marquardt.h"
 #include "learner/fit/relative_error.h"

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/base/check.h"
-#include "common/base/elementary.h"
-#include "common/base/mirrored.h"
+#include "common/numbers/elementary.h"
+#include "common/numbers/mirrored.h"
 #include "common/policy/tree/frame.h"
 #include "learner/fit/relative_error.h"
 

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/settings_reader.h"
 #include "common/policy/linear/spline_form.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/linear_fit.h"
 #include "learner/fit/missing_outputs.h"
 

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/settings_reader.h"
 #include "common/policy/kinds/standard_policies.h"
 #include "common/policy/tree/tree_policy.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/automatic_start.h"
 #include "learner/fit/basis_start.h"
 #include "learner/fit/component_layers.h"

@@ -16,7 +16,7 @@ namespace treeroll {
 
 /// Raised by each release that changes drawing, updating or the bits of rewards: an older journal
 /// would fold to other bits. 1 is that of version 0.1.0; 2, of 0.2.0, has sin, cos and exp of its
-/// own (common/base/elementary.h).
+/// own (common/numbers/elementary.h).
 inline constexpr std::uint32_t kAlgorithmVersion = 2;
 
 /// The form of records. 1 is that of version 0.1.0: its starts name no form and no program, and it

@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "common/base/task_agreement.h"
+#include "common/task_facts/task_agreement.h"
 #include "learner/results/run_counts.h"
 #include "learner/results/state_directory.h"
 

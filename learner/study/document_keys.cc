@@ -1,7 +1,7 @@
 #include "learner/study/document_keys.h"
 
-#include "common/base/settings_reader.h"
 #include "common/protocol/limits.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/task_description.h"
+#include "common/task_facts/task_description.h"
 
 namespace treeroll {
 

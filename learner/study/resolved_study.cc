@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "learner/study/toml_depth.h"
 #include "learner/study/toml_source.h"
 

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <utility>
 
-#include "common/base/settings_reader.h"
 #include "common/protocol/limits.h"
+#include "common/settings/settings_reader.h"
 #include "learner/study/document_keys.h"
 #include "learner/study/resolved_study.h"
 #include "learner/study/setting_overlay.h"

@@ -6,16 +6,14 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
-#include "common/base/settings_reader.h"
-#include "common/policy/policy_bounds.h"
 #include "common/protocol/limits.h"
+#include "common/settings/settings_reader.h"
 #include "learner/explore/exploration_settings.h"
-#include "learner/study/demonstration_file.h"
 #include "learner/study/message_sizes.h"
+#include "learner/study/policy_cache.h"
 #include "learner/study/policy_file.h"
 #include "learner/study/study_document.h"
 #include "learner/study/study_table.h"
@@ -30,89 +28,6 @@ using nlohmann::json;
 using protocol::kInFlightTotalMax;
 using protocol::kRolloutsTotalMax;
 using protocol::kRunsMax;
-
-/// The table of [policy] that counts for a given policy as well.
-constexpr const char* kBounds = "bounds";
-
-/// A start policy with its settings, defaults included.
-struct ResolvedPolicy {
-  StartPolicy start;
-  json settings;
-  SignalNames signals = {};  ///< of one that is given
-};
-
-/// Conditions often share a policy, and fitting one takes time.
-class PolicyCache {
- public:
-  /// @param stored  what a resolved study holds of its starts; must outlive the cache
-  /// @param form    of the study
-  PolicyCache(const PolicyRegistry& registry, const StudyStore& stored, StoredStarts starts,
-              int form)
-      : registry_(registry), stored_(stored), starts_(starts), form_(form) {}
-
-  const ResolvedPolicy& get(const json& settings) {
-    const std::string key = settings.dump();
-    const auto found = policies_.find(key);
-    if (found != policies_.end()) return found->second;
-    return policies_.emplace(key, read(settings)).first->second;
-  }
-
- private:
-  /// A policy given as text takes the place of the one that the other settings describe. Those are
-  /// checked all the same, but not kept.
-  ResolvedPolicy read(json settings) const {
-    std::optional<ResolvedPolicy> given;
-    if (settings.contains(kGivenPolicy)) {
-      given = read_given(settings);
-      for (const char* counts : {kGivenPolicy, kBounds}) settings.erase(counts);
-      if (settings.empty()) return *given;
-    }
-    json resolved;
-    SettingsReader reader(settings, "policy", resolved);
-    std::optional<StartPolicy> fitted;
-    if (starts_ == StoredStarts::kTaken) fitted = stored_.start(settings, registry_);
-    StartPolicy start = registry_.read_start(
-        reader, {.form = form_,
-                 .read_file = read_demonstration_file,
-                 .find_demonstration =
-                     [this](const std::string& content) { return stored_.demonstration(content); },
-                 .fitted = fitted ? &*fitted : nullptr});
-    reader.finish();
-    if (given) return *given;
-    if (!start.demonstration_text.empty()) {
-      // Where the data came from decides nothing: what they are stands in the study. A study of
-      // form 1 names them by the bytes of their files, which the store does not.
-      json& demonstration = resolved["demonstration"];
-      demonstration.erase("files");
-      demonstration.erase("align");
-      demonstration["content"] = to_hex(content_hash(start.demonstration_text));
-    }
-    return {.start = std::move(start), .settings = std::move(resolved)};
-  }
-
-  ResolvedPolicy read_given(const json& settings) const {
-    json resolved;
-    SettingsReader reader(settings, "policy", resolved);
-    Result<NamedPolicy> named = registry_.named_from_json(*read_given_policy(reader));
-    if (!named) throw ConfigError("policy.given", "", named.error().message);
-    ResolvedPolicy given{.start = {.policy = std::move(named->policy)},
-                         .settings = std::move(resolved),
-                         .signals = std::move(named->signals)};
-    if (!reader.has(kBounds)) return given;
-    // Of all that stands beside a given policy these count: they are part of it from now on.
-    PolicyPtr& start = given.start.policy;
-    start = without_bounds(start);
-    start = bounded(start, read_policy_bounds(reader.table(kBounds), start));
-    given.settings = {{kGivenPolicy, to_json(*start, given.signals)}};
-    return given;
-  }
-
-  const PolicyRegistry& registry_;
-  const StudyStore& stored_;
-  StoredStarts starts_;
-  int form_;
-  std::map<std::string, ResolvedPolicy> policies_;
-};
 
 /// A path in the study file is relative to that file's folder, one of the command line to the
 /// current one.
@@ -269,16 +184,16 @@ class StudyBuilder {
     check_message_sizes(condition);
     loaded_.log_likelihoods.push_back(policy.start.log_likelihoods);
     loaded_.demonstrations.push_back(policy.start.demonstration);
-    loaded_.columns.push_back(task.signals.empty() ? demonstration_columns(policy.settings)
+    loaded_.columns.push_back(task.signals.empty() ? demonstration_columns(*policy.settings)
                                                    : all_of(task.signals));
 
     for (const char* own : {"rollouts", "in_flight"}) study_table.erase(own);
     study_table_ = std::move(study_table);
-    loaded_.resolved.store.keep(policy.settings, policy.start);
+    loaded_.resolved.store.keep(*policy.settings, policy.start);
     json resolved{{"name", name},
                   {"study", {{"rollouts", budget.num_rollouts}, {"in_flight", budget.in_flight}}},
                   {"task", settings.at("task")},
-                  {"policy", policy.settings},
+                  {"policy", *policy.settings},
                   {"exploration", exploration_table}};
     keep_resolved(resolved);
     resolved.at("study").erase("rollouts");

@@ -37,9 +37,6 @@ struct LoadedStudy {
   ContentHash lasting_id;
 };
 
-/// What becomes of the starts that were fitted before and that a resolved study holds.
-enum class StoredStarts { kTaken, kFittedAgain };
-
 /// Throws StudyError on anything that cannot be run, before anything is started: see StudyDocument
 /// for the file itself; unknown keys, wrong types and values out of bounds; more than 100 000 runs
 /// or 10^8 roll-outs, 10^6 of them in flight; a policy or a task too large for one message.

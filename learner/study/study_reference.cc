@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "learner/explore/exploration_settings.h"
 #include "learner/fit/start_policy.h"
 #include "learner/study/document_keys.h"

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/base/settings_reference.h"
+#include "common/settings/settings_reference.h"
 
 namespace treeroll {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "learner/study/document_keys.h"
 #include "learner/study/setting_overlay.h"
 #include "learner/study/toml_source.h"

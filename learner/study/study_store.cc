@@ -6,7 +6,7 @@
 
 #include "common/base/config_error.h"
 #include "common/base/content_hash.h"
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/csv_demonstration.h"
 #include "learner/study/toml_source.h"
 

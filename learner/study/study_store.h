@@ -10,6 +10,9 @@
 
 namespace treeroll {
 
+/// What becomes of the starts that were fitted before and that a resolved study holds.
+enum class StoredStarts { kTaken, kFittedAgain };
+
 /// What a resolved study holds beside its settings, so that it needs no other file and nobody fits
 /// again. Each entry has the hash of its content for a name:
 ///

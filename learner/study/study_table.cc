@@ -9,8 +9,8 @@
 #include <limits>
 #include <string_view>
 
-#include "common/base/settings_reader.h"
 #include "common/protocol/limits.h"
+#include "common/settings/settings_reader.h"
 #include "learner/core/numeric_classes.h"
 
 namespace treeroll {

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "common/base/settings_reader.h"
-#include "common/base/task_agreement.h"
+#include "common/settings/settings_reader.h"
+#include "common/task_facts/task_agreement.h"
 #include "learner/study/message_sizes.h"
 #include "learner/study/study_file.h"
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "common/base/task_description.h"
+#include "common/task_facts/task_description.h"
 #include "learner/study/study_error.h"
 
 /// The [task] table of a condition: the task's name, its settings as they were given and, in a

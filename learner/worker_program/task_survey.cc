@@ -12,7 +12,7 @@
 #include <stdexcept>
 
 #include "common/base/config_error.h"
-#include "common/base/task_agreement.h"
+#include "common/task_facts/task_agreement.h"
 #include "learner/study/task_table.h"
 #include "learner/worker_program/process.h"
 #include "learner/worker_program/program_answer.h"

@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "common/base/task_description.h"
+#include "common/task_facts/task_description.h"
 #include "learner/study/study_file.h"
 #include "learner/worker_program/worker_program.h"
 

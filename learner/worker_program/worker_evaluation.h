@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/base/outcome.h"
-#include "common/base/task_description.h"
+#include "common/task_facts/task_description.h"
 #include "learner/worker_program/rollout_trace.h"
 #include "learner/worker_program/worker_program.h"
 

@@ -38,7 +38,7 @@ TEST(ArchitectureTest, TheTreeWasRead) {
   };
   EXPECT_TRUE(has("CMakeLists.txt"));
   EXPECT_TRUE(has("common/base/check.h"));
-  EXPECT_TRUE(has("common/base/settings_reader.cc"));
+  EXPECT_TRUE(has("common/settings/settings_reader.cc"));
   EXPECT_TRUE(has("learner/core/study.h"));
   EXPECT_TRUE(has("deploy/test"));
   EXPECT_TRUE(has(std::string(kEquationMapPath)));

@@ -9,7 +9,7 @@
 namespace treeroll::architecture {
 namespace {
 
-constexpr std::size_t kNumLinesMax = 600;
+constexpr std::size_t kNumLinesMax = 400;
 
 void check_name(const SourceFile& file, std::vector<Finding>& findings) {
   static const std::regex vague("(^|_)(utils?|helpers?|misc|common_stuff)(_|$)");

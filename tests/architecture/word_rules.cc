@@ -30,11 +30,11 @@ const std::vector<WordRule>& repeatable_rules() {
   static const std::vector<WordRule> rules = {
       {std::regex(R"(\b(random_device|mt19937(_64)?|minstd_rand0?|default_random_engine|srand|)"
                   R"(rand_r|drand48|getrandom|getentropy|randombytes_\w+)\b|\brand\s*\()"),
-       "a random source: use RandomStream of common/base/random_stream.h, keyed by seed, "
+       "a random source: use RandomStream of common/numbers/random_stream.h, keyed by seed, "
        "repetition and roll-out"},
       {std::regex(R"(\bstd::\w+_distribution\b|\bnormal_distribution\b|)"
                   R"(\bstd::(ranges::)?(shuffle|sample)\b)"),
-       "implementation-defined draws: use RandomStream of common/base/random_stream.h"},
+       "implementation-defined draws: use RandomStream of common/numbers/random_stream.h"},
       {std::regex(R"(\bunordered_(multi)?(map|set)\b|\bstd::hash\b)"),
        "an order that differs between libraries: use std::map or std::set, content_hash for names"},
   };
@@ -47,7 +47,7 @@ const std::vector<WordRule>& portable_rules() {
       {std::regex(R"((\bstd::|(^|[^:\w.>]))(a?(sin|cos|tan)h?|atan2|exp2?|expm1|log(2|10|1p)?|pow|)"
                   R"(cbrt|hypot|[tl]gamma|erfc?)\s*\(|\.(exp|log|sin|cos|tan|tanh)\s*\(\s*\))"),
        "the last bits of the C library's elementary functions differ between processors: use "
-       "common/base/elementary.h (and add to it what it lacks)"},
+       "common/numbers/elementary.h (and add to it what it lacks)"},
   };
   return rules;
 }
@@ -74,7 +74,7 @@ std::vector<Finding> check_words(const SourceFile& file) {
   const Room& rules = rooms().at(room);
   if (rules.is_core) apply(core_rules(), file, findings);
   if (rules.is_core || rules.is_portable) apply(repeatable_rules(), file, findings);
-  const bool declares_them = file.path.starts_with("common/base/elementary");
+  const bool declares_them = file.path.starts_with("common/numbers/elementary");
   if (rules.is_portable && !declares_them) apply(portable_rules(), file, findings);
   return findings;
 }

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 #include "learner/study/study_file.h"
 #include "workers/app/task_content.h"
 

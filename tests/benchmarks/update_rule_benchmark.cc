@@ -1,6 +1,6 @@
 #include <benchmark/benchmark.h>
 
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 #include "learner/explore/cma_es_rule.h"
 #include "learner/explore/exploration_settings.h"
 #include "learner/explore/layer_search.h"

@@ -6,7 +6,7 @@
 #include <limits>
 #include <sstream>
 
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 #include "tests/end_to_end/service.h"
 
 namespace treeroll::end_to_end {

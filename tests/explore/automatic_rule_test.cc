@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
-#include "common/base/elementary.h"
-#include "common/base/settings_reader.h"
+#include "common/numbers/elementary.h"
 #include "common/policy/linear/linear_policy.h"
 #include "common/policy/linear/spline_form.h"
+#include "common/settings/settings_reader.h"
 #include "learner/explore/cma_es_rule.h"
 #include "learner/explore/exploration.h"
 #include "learner/explore/exploration_settings.h"

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 
 namespace treeroll::explore {
 namespace {

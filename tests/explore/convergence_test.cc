@@ -6,7 +6,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 
 namespace treeroll::explore {
 namespace {

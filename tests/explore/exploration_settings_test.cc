@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "learner/explore/cem_rule.h"
 #include "learner/explore/cma_es_rule.h"
 #include "learner/explore/pi2_rule.h"

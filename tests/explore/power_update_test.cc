@@ -4,7 +4,7 @@
 
 #include <Eigen/QR>
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 
 namespace treeroll::explore {
 namespace {

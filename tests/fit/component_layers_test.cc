@@ -5,8 +5,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
 #include "common/policy/policy.h"
 #include "learner/fit/start_policy.h"
 #include "tests/fit/start_tree.h"
@@ -26,22 +24,11 @@ const std::string kExperiment = R"("start": "components", "layout": "means",
                 "parents": [1, 1, 2, 2]})";
 
 StartPolicy read_keys(const std::string& keys, json* resolved_out = nullptr) {
-  const json table = json::parse("{" + keys + "}");
-  json resolved;
-  SettingsReader reader(table, "policy", resolved);
-  StartPolicy policy = read_start_policy(reader);
-  reader.finish();
-  if (resolved_out) *resolved_out = resolved;
-  return policy;
+  return read_start_tree("{" + keys + "}", resolved_out);
 }
 
 std::string refusal_of_keys(const std::string& keys) {
-  try {
-    read_keys(keys);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "";
+  return refusal_of_start_tree("{" + keys + "}");
 }
 
 TEST(ComponentLayersTest, BuildsTheTreeOfTheFirstExperiment) {

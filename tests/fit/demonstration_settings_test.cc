@@ -11,8 +11,8 @@
 
 #include "common/base/config_error.h"
 #include "common/base/content_hash.h"
-#include "common/base/settings_reader.h"
 #include "common/policy/policy.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/csv_demonstration.h"
 #include "learner/fit/fit_tree.h"
 #include "learner/fit/kmeans.h"

@@ -7,8 +7,8 @@
 #include <limits>
 #include <string>
 
-#include "common/base/random_stream.h"
 #include "common/mixture/gmr.h"
+#include "common/numbers/random_stream.h"
 #include "learner/fit/em.h"
 #include "learner/fit/regression_fit.h"
 

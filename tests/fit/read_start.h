@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/start_policy.h"
 
 namespace treeroll {

@@ -6,9 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
 #include "common/policy/policy.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/demonstration.h"
 #include "learner/fit/fit_tree.h"
 #include "tests/fit/start_tree.h"
@@ -20,27 +19,8 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-StartPolicy read_start(const std::string& text, json* resolved_out = nullptr) {
-  const json table = json::parse(text);
-  json resolved;
-  SettingsReader reader(table, "policy", resolved);
-  StartPolicy policy = read_start_policy(reader);
-  reader.finish();
-  if (resolved_out) *resolved_out = resolved;
-  return policy;
-}
-
-std::string refusal_of_start(const std::string& text) {
-  try {
-    read_start(text);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 TEST(StartPolicyTest, GivesTheTreeOfTheSwingUpByDefault) {
-  const StartPolicy policy = read_start("{}");
+  const StartPolicy policy = read_start_tree("{}");
   EXPECT_EQ(tree_policy(policy).layout(), ThetaLayout::kMeansCholesky);
   EXPECT_EQ(tree_of(policy).frame_kind(), FrameKind::kEigenvector);
   FitSettings settings;
@@ -52,7 +32,7 @@ TEST(StartPolicyTest, GivesTheTreeOfTheSwingUpByDefault) {
 }
 
 TEST(StartPolicyTest, TellsHowWellEachLayerDescribesTheDemonstration) {
-  const StartPolicy policy = read_start(R"({"fit": {"refine": "none"}})");
+  const StartPolicy policy = read_start_tree(R"({"fit": {"refine": "none"}})");
   ASSERT_EQ(policy.log_likelihoods.size(), 2);
   const Eigen::MatrixXd data = demonstrate({});
   EXPECT_EQ(policy.log_likelihoods[0], mean_log_likelihood(tree_of(policy).layer(1), data));
@@ -61,15 +41,15 @@ TEST(StartPolicyTest, TellsHowWellEachLayerDescribesTheDemonstration) {
 }
 
 TEST(StartPolicyTest, KeepsTheDemonstrationItWasFittedTo) {
-  ASSERT_NE(read_start("{}").demonstration, nullptr);
-  EXPECT_EQ(*read_start("{}").demonstration, demonstrate({}));
+  ASSERT_NE(read_start_tree("{}").demonstration, nullptr);
+  EXPECT_EQ(*read_start_tree("{}").demonstration, demonstrate({}));
   const char* given = R"({"start": "components", "model": "flat",
       "layer_1": {"range": [0, 2], "outputs": [0], "deviations": [0.5, 0.3]}})";
-  EXPECT_EQ(read_start(given).demonstration, nullptr);
+  EXPECT_EQ(read_start_tree(given).demonstration, nullptr);
 }
 
 TEST(StartPolicyTest, ReadsEveryKey) {
-  const StartPolicy policy = read_start(R"({
+  const StartPolicy policy = read_start_tree(R"({
       "model": "top_down_tree", "components": [1, 2, 4], "layout": "means", "frames": "cholesky",
       "demonstration": {"kind": "cart_acceleration", "duration_s": 2, "samples": 100,
                         "p": [0.1, -0.2, 0.3, 0.05]},
@@ -91,27 +71,27 @@ TEST(StartPolicyTest, ReadsEveryKey) {
   settings.split.axis = SplitAxis::kPrincipal;
   const TreeModel principal = fit_bottom_up(demonstrate({}), 2, 2, settings);
   EXPECT_EQ(
-      to_json(*read_start(R"({"fit": {"split_axis": "principal", "refine": "none"}})").policy),
+      to_json(*read_start_tree(R"({"fit": {"split_axis": "principal", "refine": "none"}})").policy),
       to_json(TreePolicy(principal, 1, ThetaLayout::kMeansCholesky)));
 }
 
 TEST(StartPolicyTest, UsesTheLastLayersNumberForAFlatModel) {
-  const StartPolicy policy = read_start(R"({"model": "flat", "components": [2, 5]})");
+  const StartPolicy policy = read_start_tree(R"({"model": "flat", "components": [2, 5]})");
   EXPECT_EQ(tree_of(policy).num_layers(), 1);
   EXPECT_EQ(tree_of(policy).num_components(1), 5);
 }
 
 TEST(StartPolicyTest, CountsComponentsItselfWhereAsked) {
   json resolved;
-  EXPECT_EQ(tree_of(read_start(R"({"model": "flat", "components": "auto"})", &resolved))
+  EXPECT_EQ(tree_of(read_start_tree(R"({"model": "flat", "components": "auto"})", &resolved))
                 .num_components(1),
             3);
   EXPECT_EQ(resolved["components"], "auto");
-  const StartPolicy tree = read_start(R"({"model": "top_down_tree", "components": "auto"})");
+  const StartPolicy tree = read_start_tree(R"({"model": "top_down_tree", "components": "auto"})");
   EXPECT_EQ(tree_of(tree).num_components(1), 2);
   EXPECT_EQ(tree_of(tree).num_components(2), 4);
   // What counts is the tree that is learnt, not a flat model of as many components.
-  const StartPolicy bottom_up = read_start(R"({"model": "tree", "components": "auto"})");
+  const StartPolicy bottom_up = read_start_tree(R"({"model": "tree", "components": "auto"})");
   EXPECT_LE(relative_regression_error(tree_of(bottom_up).finest(), demonstrate({})), .1);
 }
 
@@ -129,7 +109,7 @@ TEST(StartPolicyTest, OneDemonstrationGivesOneCurveWhateverItCameFrom) {
   SettingsReader reader(table, "policy", resolved);
   const StartPolicy from_file =
       read_start_policy(reader, {.read_file = [&](const std::string&) { return csv; }});
-  const StartPolicy built_in = read_start(R"({"model": "flat", "components": [4]})");
+  const StartPolicy built_in = read_start_tree(R"({"model": "flat", "components": [4]})");
   const Gmm finest[] = {tree_of(from_file).finest(), tree_of(built_in).finest()};
   for (const Gmm& gmm : finest) EXPECT_LE(relative_regression_error(gmm, data), .02);
 }
@@ -150,10 +130,10 @@ TEST(StartPolicyTest, FitsOfEarlierFormsAreNotRefinedUnlessTheySaySo) {
 
 TEST(StartPolicyTest, ResolvesToSettingsThatGiveTheSamePolicy) {
   json resolved;
-  const StartPolicy policy = read_start("{}", &resolved);
+  const StartPolicy policy = read_start_tree("{}", &resolved);
   EXPECT_EQ(resolved["demonstration"]["samples"], 200);
   EXPECT_EQ(resolved["fit"]["iterations"], 500);
-  const StartPolicy again = read_start(resolved.dump());
+  const StartPolicy again = read_start_tree(resolved.dump());
   EXPECT_EQ(to_json(*again.policy->at_layer(2)), to_json(*policy.policy->at_layer(2)));
 }
 
@@ -202,7 +182,7 @@ TEST(StartPolicyTest, RefusesWhatCannotBeUsedNamingTheKey) {
        "no model can be fitted: iteration"},
   };
   for (const auto& [text, message] : cases) {
-    EXPECT_THAT(refusal_of_start(text), HasSubstr(message)) << text;
+    EXPECT_THAT(refusal_of_start_tree(text), HasSubstr(message)) << text;
   }
 }
 

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "common/base/config_error.h"
-#include "common/base/task_description.h"
 #include "common/policy/kinds/standard_policies.h"
 #include "common/policy/policy.h"
+#include "common/task_facts/task_description.h"
 #include "common/transport/channel.h"
 #include "common/transport/codec.h"
 #include "common/transport/short_frame.h"

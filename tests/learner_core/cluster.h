@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 #include "common/policy/tree/tree_policy.h"
 #include "tests/learner_core/effects.h"
 #include "tests/learner_core/fake_worker.h"

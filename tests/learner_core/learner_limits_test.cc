@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 #include "common/protocol/limits.h"
 #include "tests/learner_core/cluster.h"
 

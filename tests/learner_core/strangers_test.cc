@@ -1,8 +1,9 @@
 // What anybody on the network may say where nobody has keys, and what comes of it: nothing.
 #include <gmock/gmock.h>
 
-#include <optional>
+#include <functional>
 #include <string>
+#include <variant>
 
 #include "tests/learner_core/cluster.h"
 
@@ -45,25 +46,19 @@ Calm calm(const Study& study, int num_workers) {
 
 auto says(const char* part) { return Contains(Field(&LogLine::text, HasSubstr(part))); }
 
-/// The last batch with roll-outs, once.
-class Ear {
- public:
-  explicit Ear(const Cluster& cluster) : cluster_(cluster) {}
-
-  const protocol::RolloutBatch* next() {
-    for (; at_ < cluster_.sent.size(); ++at_) {
-      const auto* batch = std::get_if<protocol::RolloutBatch>(&cluster_.sent[at_]);
-      if (batch == nullptr || batch->rollouts.empty()) continue;
-      ++at_;
-      return batch;
+/// Runs, and gives `hears` each batch with roll-outs as soon as it is sent, once: all on the
+/// network hear it. What is said to the cluster meanwhile may make it send more.
+void overhear(Cluster& cluster, Duration limit,
+              const std::function<void(const protocol::RolloutBatch&)>& hears) {
+  std::size_t place = 0;
+  cluster.run(limit, [&] {
+    for (; place < cluster.sent.size(); ++place) {
+      const protocol::Message message = cluster.sent[place];
+      const auto* batch = std::get_if<protocol::RolloutBatch>(&message);
+      if (batch != nullptr && !batch->rollouts.empty()) hears(*batch);
     }
-    return nullptr;
-  }
-
- private:
-  const Cluster& cluster_;
-  std::size_t at_ = 0;
-};
+  });
+}
 
 protocol::RewardBatch answer_to(const protocol::RolloutRequest& request, protocol::WorkerId from,
                                 double reward, std::int64_t index = 1) {
@@ -82,13 +77,9 @@ TEST(StrangersTest, WhoAnswersFirstAndWasNotAskedGivesNoReward) {
   cluster.add_worker(1);
   cluster.add_worker(2);
   cluster.start();
-  Ear ear(cluster);
   std::int64_t index = 0;
-  cluster.run(seconds(100), [&] {
-    while (const protocol::RolloutBatch* batch = ear.next()) {
-      const protocol::RolloutRequest request = batch->rollouts.front();
-      cluster.give(answer_to(request, kStranger, 1, ++index));
-    }
+  overhear(cluster, seconds(100), [&](const protocol::RolloutBatch& batch) {
+    cluster.give(answer_to(batch.rollouts.front(), kStranger, 1, ++index));
   });
   const Calm expected = calm(study, 2);
   ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
@@ -105,13 +96,10 @@ TEST(StrangersTest, AWorkerIsBelievedOnlyWhatItWasAsked) {
   cluster.add_worker(1);
   cluster.add_worker(2);
   cluster.start();
-  Ear ear(cluster);
   std::int64_t index = 1000;
-  cluster.run(seconds(100), [&] {
-    while (const protocol::RolloutBatch* batch = ear.next()) {
-      const protocol::RolloutRequest request = batch->rollouts.front();
-      if (request.worker_id == 1) cluster.give(answer_to(request, 2, 1, ++index));
-    }
+  overhear(cluster, seconds(100), [&](const protocol::RolloutBatch& batch) {
+    const protocol::RolloutRequest& request = batch.rollouts.front();
+    if (request.worker_id == 1) cluster.give(answer_to(request, 2, 1, ++index));
   });
   EXPECT_EQ(all_rewards(*cluster.core), calm(study, 2).rewards);
   EXPECT_EQ(cluster.core->counters().unasked, index - 1000);
@@ -123,14 +111,11 @@ TEST(StrangersTest, ARewardOutOfRangeInAWorkersNameCostsItNoTrust) {
   Cluster cluster(study);
   cluster.add_worker(1);
   cluster.start();
-  Ear ear(cluster);
   bool has_spoken = false;
-  cluster.run(seconds(100), [&] {
-    const protocol::RolloutBatch* batch = ear.next();
-    if (batch == nullptr || has_spoken || cluster.core->counters().applied < 3) return;
+  overhear(cluster, seconds(100), [&](const protocol::RolloutBatch& batch) {
+    if (has_spoken || cluster.core->counters().applied < 3) return;
     has_spoken = true;
-    const protocol::RolloutRequest request = batch->rollouts.front();
-    cluster.give(answer_to(request, 1, 1e9, 1'000'000));
+    cluster.give(answer_to(batch.rollouts.front(), 1, 1e9, 1'000'000));
   });
   ASSERT_TRUE(has_spoken);
   const Calm expected = calm(study, 1);
@@ -263,18 +248,23 @@ TEST(StrangersTest, ATaskIsDescribedInSoManyWaysAndNoMore) {
   EXPECT_LT(cluster.core->workforce().facts_of(task)->reward_max, 2 + most);
 }
 
-TEST(StrangersTest, ARefusalInAWorkersNameIsForgottenWhenItWorksOnIt) {
-  Cluster cluster(small_study(20, 1));
-  cluster.add_worker(1, milliseconds(150));  // a status comes while it evaluates
-  cluster.start();
+/// Runs, and says in worker 1's name that it refuses the task, once so many answers are in.
+void refuse_in_its_name(Cluster& cluster, Duration limit, int num_applied) {
   bool has_spoken = false;
-  cluster.run(seconds(100), [&] {
-    if (has_spoken || cluster.core->counters().applied < 2) return;
+  cluster.run(limit, [&] {
+    if (has_spoken || cluster.core->counters().applied < num_applied) return;
     has_spoken = true;
     const ContentHash task = content_hash(R"({"name":"bump","settings":{}})");
     cluster.give(protocol::DefinitionReport{1, Cluster::kLearner, task, false, "no"});
   });
-  ASSERT_TRUE(has_spoken);
+  EXPECT_TRUE(has_spoken);
+}
+
+TEST(StrangersTest, ARefusalInAWorkersNameIsForgottenWhenItWorksOnIt) {
+  Cluster cluster(small_study(20, 1));
+  cluster.add_worker(1, milliseconds(150));  // a status comes while it evaluates
+  cluster.start();
+  refuse_in_its_name(cluster, seconds(100), 2);
   EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
   EXPECT_LT(cluster.now, TimePoint(seconds(30)));  // a refusal lasts a minute
   EXPECT_THAT(cluster.log, says("works with what it is said to refuse"));
@@ -285,13 +275,10 @@ TEST(StrangersTest, WhoAnswersFirstInTheNameOfTheWorkerShows) {
   Cluster cluster(small_study(20, 1));
   cluster.add_worker(1);
   cluster.start();
-  Ear ear(cluster);
   std::int64_t index = 0;
-  cluster.run(seconds(100), [&] {
-    while (const protocol::RolloutBatch* batch = ear.next()) {
-      for (const protocol::RolloutRequest& request : batch->rollouts) {
-        cluster.give(answer_to(request, 1, .5, ++index));
-      }
+  overhear(cluster, seconds(100), [&](const protocol::RolloutBatch& batch) {
+    for (const protocol::RolloutRequest& request : batch.rollouts) {
+      cluster.give(answer_to(request, 1, .5, ++index));
     }
   });
   EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
@@ -308,15 +295,12 @@ TEST(StrangersTest, ASoundAnswerClearsItsWorkerOfARewardOutOfRange) {
     Cluster cluster(study);
     cluster.add_worker(1);
     cluster.start();
-    Ear ear(cluster);
     int num_spoken = 0;
-    cluster.run(seconds(100), [&] {
-      const protocol::RolloutBatch* batch = ear.next();
-      if (batch == nullptr) return;
+    overhear(cluster, seconds(100), [&](const protocol::RolloutBatch& batch) {
       const auto num_applied = cluster.core->counters().applied;
       if (is_read_before ? num_applied < 3 : num_spoken > 0) return;
       ++num_spoken;
-      cluster.give(answer_to(batch->rollouts.front(), 1, 1e9, 1));
+      cluster.give(answer_to(batch.rollouts.front(), 1, 1e9, 1));
     });
     EXPECT_GT(num_spoken, 0);
     const Calm expected = calm(study, 1);
@@ -350,14 +334,7 @@ TEST(StrangersTest, AnAnswerTakesBackARefusalInAWorkersName) {
   Cluster cluster(small_study(40, 1));
   cluster.add_worker(1, milliseconds(3));
   cluster.start();
-  bool has_spoken = false;
-  cluster.run(seconds(50), [&] {
-    if (has_spoken || cluster.core->counters().applied < 5) return;
-    has_spoken = true;
-    const ContentHash task = content_hash(R"({"name":"bump","settings":{}})");
-    cluster.give(protocol::DefinitionReport{1, Cluster::kLearner, task, false, "no"});
-  });
-  ASSERT_TRUE(has_spoken);
+  refuse_in_its_name(cluster, seconds(50), 5);
   EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
   EXPECT_LT(cluster.now, TimePoint(seconds(10)));
   EXPECT_THAT(cluster.log, says("somebody spoke in its name"));

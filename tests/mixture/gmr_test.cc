@@ -9,8 +9,8 @@
 #include <tuple>
 #include <utility>
 
-#include "common/base/processor.h"
 #include "common/mixture/gmr_lanes.h"
+#include "common/numbers/processor.h"
 #include "tests/mixture/random_mixture.h"
 
 namespace treeroll {

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/mirrored.h"
-#include "common/base/random_stream.h"
 #include "common/mixture/gmm.h"
+#include "common/numbers/mirrored.h"
+#include "common/numbers/random_stream.h"
 #include "common/policy/tree/tree_model.h"
 
 namespace treeroll::test {

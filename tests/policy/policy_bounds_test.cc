@@ -10,10 +10,10 @@
 #include <stdexcept>
 
 #include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
 #include "common/policy/kinds/standard_policies.h"
 #include "common/policy/linear/linear_policy.h"
 #include "common/policy/linear/spline_form.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 namespace {

@@ -104,7 +104,7 @@ TEST(PolicyLibraryTest, KnowsEveryKind) {
 
 TEST(PolicyLibraryTest, SaysWhatInputsAndOutputsAreCalled) {
   test::RandomMixture random(1);
-  const TreePolicy policy(TreeModel::from_global(FrameKind::kCholesky, {random.gmm(1, 3, 2)}, {{}}),
+  const TreePolicy policy(TreeModel::from_global(FrameKind::kCholesky, {random.gmm(2, 3, 1)}, {{}}),
                           1, ThetaLayout::kMeans);
   ASSERT_EQ(policy.input_dim(), 2);
   const std::string text = to_json(policy, {{"angle_rad", "rate_radps"}, {"torque_nm"}});

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 
 namespace treeroll::sim {
 namespace {

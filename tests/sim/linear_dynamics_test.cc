@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 #include "sim/equations_of_motion.h"
 
 namespace treeroll::sim {

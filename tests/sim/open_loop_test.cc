@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "common/base/processor.h"
-#include "common/base/random_stream.h"
+#include "common/numbers/processor.h"
+#include "common/numbers/random_stream.h"
 #include "sim/dopri5_plant.h"
 #include "sim/ode_plant.h"
 #include "sim/rk4_lanes.h"

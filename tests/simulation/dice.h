@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "common/base/random_stream.h"
 #include "common/base/time.h"
+#include "common/numbers/random_stream.h"
 
 namespace treeroll::simulation {
 

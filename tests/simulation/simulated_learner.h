@@ -61,11 +61,13 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   void log(const LogLine&) override {}
 
   void recover(const JournalRecord& record);
+  void note_answered(const AcceptedResult& result);
+
+  // simulated_learner_rules.cc: what must hold at every step.
   /// Results that are not on stable storage.
   std::int64_t lag() const {
     return static_cast<std::int64_t>(unwritten_.size() + unsynced_.size() + syncing_.size());
   }
-  void note_answered(const AcceptedResult& result);
   bool is_given_up(int run) const;
   void note_time(const LearningTime& time);
   void check_ends(protocol::RolloutKey key);

@@ -38,14 +38,18 @@ class Simulation {
   void remove_worker(int slot, Duration rejoins_after);
   void restart_learner(int index);
   void learner_ended(int index);
-  void strike(const Incident& incident);
-  void strike_worker(const Incident& incident);
-  void strike_relay(const Incident& incident);
-  void strike_learner(const Incident& incident);
   /// The link between a relay and the learners; those of workers have the workers' numbers.
   int link_of_relay(int index) const { return static_cast<int>(workers_.size()) + index; }
   /// Virtual time in which what is left when the faults stop must be done.
   Duration patience() const;
+
+  // simulation_incidents.cc: what befalls whom.
+  void strike(const Incident& incident);
+  void strike_worker(const Incident& incident);
+  void strike_relay(const Incident& incident);
+  void strike_learner(const Incident& incident);
+
+  // simulation_outcome.cc: what a study must have come to.
   void check_outcome(int index);
 
   const Scenario& scenario_;

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "tests/tasks/rollouts.h"
 
 namespace treeroll {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 
 namespace treeroll {
 namespace {

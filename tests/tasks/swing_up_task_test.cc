@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "tests/tasks/following.h"
 #include "tests/tasks/rollouts.h"
 #include "tests/tasks/standard_task.h"

@@ -3,10 +3,10 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
-#include "common/base/elementary.h"
-#include "common/base/settings_reader.h"
-#include "common/base/settings_reference.h"
 #include "common/mixture/gmr.h"
+#include "common/numbers/elementary.h"
+#include "common/settings/settings_reader.h"
+#include "common/settings/settings_reference.h"
 #include "tests/tasks/rollouts.h"
 #include "workers/tasks/task.h"
 

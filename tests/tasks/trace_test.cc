@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 #include "tests/tasks/rollouts.h"
 #include "tests/tasks/standard_task.h"
 #include "workers/tasks/task.h"
@@ -55,7 +55,7 @@ TEST(TraceTest, TheSignalsOfEachTaskAreColumnsOfItsTrace) {
       {"hold", R"({"feedback": "lqr"})"},
       {"spiral", "{}"},
       {"swing_up", "{}"},
-      {"swing_up_and_hold", "{}"},
+      {"swing_up", R"({"feedback": "lqr"})"},
       {"track", "{}"},
       {"trajectory", R"({"goal": {"outputs": [0, 1], "deviations": [0.3, 0.3]}})"},
       {"trajectory", R"({"goal": {"columns": ["t_s", "x_m"], "rows": [[0, 1], [1, 2]]}})"}};

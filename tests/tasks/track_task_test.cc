@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 #include "tests/tasks/rollouts.h"
 #include "tests/tasks/standard_task.h"
 

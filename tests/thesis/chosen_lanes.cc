@@ -1,6 +1,6 @@
 #include "tests/thesis/chosen_lanes.h"
 
-#include "common/base/processor.h"
+#include "common/numbers/processor.h"
 
 namespace treeroll {
 namespace {

@@ -3,7 +3,7 @@
 #include <vector>
 
 /// A program with chosen_lanes.cc computes with as many lanes as the test says: it takes the place
-/// of common/base/processor.cc.
+/// of common/numbers/processor.cc.
 namespace treeroll::test {
 
 /// Those that this processor has, 1 among them, ascending.

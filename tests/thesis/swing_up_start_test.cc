@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "learner/fit/start_policy.h"
 #include "tests/fit/start_tree.h"
 #include "tests/tasks/rollouts.h"

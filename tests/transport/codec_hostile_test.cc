@@ -17,20 +17,20 @@ namespace {
 
 using protocol::Message;
 using testing::HasSubstr;
-using Bytes = std::vector<std::byte>;
+using ByteVector = std::vector<std::byte>;
 
 constexpr std::size_t kFingerprintBytes = 8;
 constexpr std::size_t kSignatureBytes = 8 + 8 + 16;
 
 /// The law for bytes from outside: they are refused, or they are exactly what the message they
 /// decode to encodes to, but for the signature. Returns whether they were taken.
-bool is_taken_faithfully(Channel channel, const Bytes& bytes) {
+bool is_taken_faithfully(Channel channel, const ByteVector& bytes) {
   const Result<Message> message = decode(channel, bytes);
   if (!message) {
     EXPECT_FALSE(message.error().message.empty());
     return false;
   }
-  Bytes back = encode(*message);
+  ByteVector back = encode(*message);
   EXPECT_EQ(back.size(), bytes.size());
   std::memcpy(back.data() + back.size() - kSignatureBytes,
               bytes.data() + bytes.size() - kSignatureBytes, kSignatureBytes);
@@ -38,14 +38,14 @@ bool is_taken_faithfully(Channel channel, const Bytes& bytes) {
   return true;
 }
 
-void put(Bytes& bytes, std::size_t at, std::int64_t value, std::size_t size) {
+void put(ByteVector& bytes, std::size_t at, std::int64_t value, std::size_t size) {
   for (std::size_t i = 0; i < size; ++i) {
     bytes.at(at + i) = static_cast<std::byte>(value >> (8 * (size - 1 - i)));
   }
 }
 
-Bytes fingerprint_of(Channel channel) {
-  Bytes bytes = encode(MessageMaker(0).make(channel));
+ByteVector fingerprint_of(Channel channel) {
+  ByteVector bytes = encode(MessageMaker(0).make(channel));
   bytes.resize(kFingerprintBytes);
   return bytes;
 }
@@ -66,7 +66,7 @@ class Writer {
     for (const char c : text) bytes_.push_back(static_cast<std::byte>(c));
     return zeros(1);
   }
-  const Bytes& bytes() const { return bytes_; }
+  const ByteVector& bytes() const { return bytes_; }
 
  private:
   Writer& integer(std::int64_t value, std::size_t size) {
@@ -74,10 +74,10 @@ class Writer {
     put(bytes_, bytes_.size() - size, value, size);
     return *this;
   }
-  Bytes bytes_;
+  ByteVector bytes_;
 };
 
-std::string refused(Channel channel, const Bytes& bytes) {
+std::string refused(Channel channel, const ByteVector& bytes) {
   const Result<Message> message = decode(channel, bytes);
   return message ? "taken" : message.error().message;
 }
@@ -85,10 +85,10 @@ std::string refused(Channel channel, const Bytes& bytes) {
 TEST(CodecHostileTest, EveryTruncationOfEveryMessageIsRefused) {
   for (const Channel channel : kAllChannels) {
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
-      const Bytes whole = encode(MessageMaker(seed).make(channel));
+      const ByteVector whole = encode(MessageMaker(seed).make(channel));
       for (std::size_t size = 0; size < whole.size(); ++size) {
         // A copy of just this size, so that a read past it is seen by the sanitizer.
-        const Bytes part(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+        const ByteVector part(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
         ASSERT_FALSE(is_taken_faithfully(channel, part)) << "seed " << seed << ", " << size;
       }
     }
@@ -97,7 +97,7 @@ TEST(CodecHostileTest, EveryTruncationOfEveryMessageIsRefused) {
 
 TEST(CodecHostileTest, BytesThatFollowAreRefused) {
   for (const Channel channel : kAllChannels) {
-    Bytes bytes = encode(MessageMaker(5).make(channel));
+    ByteVector bytes = encode(MessageMaker(5).make(channel));
     bytes.push_back(std::byte{0});
     EXPECT_THAT(refused(channel, bytes), HasSubstr("1 bytes follow the last field"));
   }
@@ -106,11 +106,11 @@ TEST(CodecHostileTest, BytesThatFollowAreRefused) {
 TEST(CodecHostileTest, EveryWordOfEveryMessageMayBeMutated) {
   for (const Channel channel : kAllChannels) {
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
-      const Bytes whole = encode(MessageMaker(seed).make(channel));
+      const ByteVector whole = encode(MessageMaker(seed).make(channel));
       for (std::size_t at = 0; at + 4 <= whole.size(); ++at) {
         for (const std::int64_t value :
              {-1LL, 0LL, 1LL, 0x7fffffffLL, 0x80000000LL, 0x7ff00000LL}) {
-          Bytes bytes = whole;
+          ByteVector bytes = whole;
           put(bytes, at, value, 4);
           is_taken_faithfully(channel, bytes);
           if (HasFailure()) FAIL() << channel_name(channel) << ", seed " << seed << ", at " << at;
@@ -126,7 +126,7 @@ TEST(CodecHostileTest, RandomBytesAreRefusedOrAShortMessage) {
   for (int i = 0; i < 100000; ++i) {
     const Channel channel = kAllChannels[random() % kAllChannels.size()];
     // Half of them behind a true fingerprint, so that the fields are reached.
-    Bytes bytes = random() % 2 == 0 ? fingerprint_of(channel) : Bytes{};
+    ByteVector bytes = random() % 2 == 0 ? fingerprint_of(channel) : ByteVector{};
     for (std::size_t size = random() % 300; size > 0; --size) {
       // Zeros and small numbers go further than noise does.
       bytes.push_back(random() % 2 == 0 ? std::byte{0} : static_cast<std::byte>(random() % 256));
@@ -138,14 +138,15 @@ TEST(CodecHostileTest, RandomBytesAreRefusedOrAShortMessage) {
 }
 
 TEST(CodecHostileTest, AThirtySixByteMessageThatClaimsTwoBillionRolloutsIsRefused) {
-  const Bytes bytes = Writer(Channel::kRolloutBatch).i64(1).i64(1).i32(0x7fffffff).i64(0).bytes();
+  const ByteVector bytes =
+      Writer(Channel::kRolloutBatch).i64(1).i64(1).i32(0x7fffffff).i64(0).bytes();
   ASSERT_EQ(bytes.size(), 36U);
   EXPECT_EQ(refused(Channel::kRolloutBatch, bytes),
             "rollout_batch.rollouts: count 2147483647 is not within 0..1024");
 }
 
 TEST(CodecHostileTest, ACountWithinItsLimitButPastTheMessageIsRefused) {
-  const Bytes bytes = Writer(Channel::kRolloutBatch).i64(1).i64(1).i32(1024).i64(0).bytes();
+  const ByteVector bytes = Writer(Channel::kRolloutBatch).i64(1).i64(1).i32(1024).i64(0).bytes();
   EXPECT_EQ(refused(Channel::kRolloutBatch, bytes),
             "rollout_batch.rollouts[0].key.run: needs 4 bytes and 0 are left");
 }
@@ -153,7 +154,7 @@ TEST(CodecHostileTest, ACountWithinItsLimitButPastTheMessageIsRefused) {
 TEST(CodecHostileTest, ReasonsNameTheFieldTheValueAndTheRule) {
   protocol::RolloutBatch batch;
   batch.rollouts.assign(4, {});
-  Bytes bytes = encode(batch);
+  ByteVector bytes = encode(batch);
   // Three roll-outs of 76 bytes without theta, then the fourth's up to its count.
   const std::size_t fourth = kFingerprintBytes + 8 + 8 + 4 + 3 * 76 + 68;
   put(bytes, fourth, -1, 4);
@@ -164,7 +165,7 @@ TEST(CodecHostileTest, ReasonsNameTheFieldTheValueAndTheRule) {
 struct HostileList {
   const char* description;
   Channel channel;
-  Bytes up_to_count;
+  ByteVector up_to_count;
   int count_max;
 };
 
@@ -209,7 +210,7 @@ TEST(CodecHostileTest, EveryCountIsHeldToItsLimit) {
   for (const HostileList& list : lists) {
     for (const int count : {-1, std::numeric_limits<int>::min(), list.count_max + 1,
                             std::numeric_limits<int>::max()}) {
-      Bytes bytes = list.up_to_count;
+      ByteVector bytes = list.up_to_count;
       bytes.resize(bytes.size() + 4 + 60000);
       put(bytes, list.up_to_count.size(), count, 4);
       EXPECT_EQ(refused(list.channel, bytes), std::string(list.description) + ": count " +
@@ -223,7 +224,7 @@ TEST(CodecHostileTest, BadStringsAreRefused) {
   const auto definition = [](std::int32_t length, const std::string& text) {
     Writer writer(Channel::kDefinitionReport);
     writer.i64(1).i64(1).zeros(16).i8(1).i32(length);
-    Bytes bytes = writer.bytes();
+    ByteVector bytes = writer.bytes();
     for (const char c : text) bytes.push_back(static_cast<std::byte>(c));
     bytes.resize(bytes.size() + kSignatureBytes);
     return refused(Channel::kDefinitionReport, bytes);
@@ -318,13 +319,13 @@ TEST(CodecHostileTest, BadValuesAreRefusedByName) {
 }
 
 TEST(CodecHostileTest, ABooleanIsNoughtOrOne) {
-  Bytes bytes = encode(protocol::RunStatus{});
+  ByteVector bytes = encode(protocol::RunStatus{});
   bytes[bytes.size() - kSignatureBytes - 1] = std::byte{2};
   EXPECT_EQ(refused(Channel::kRunStatus, bytes), "run_status.done: 2 is not within 0..1");
 }
 
 TEST(CodecHostileTest, AMessageOfAnotherVersionIsRefusedAsSuch) {
-  Bytes bytes = encode(protocol::RunStatus{});
+  ByteVector bytes = encode(protocol::RunStatus{});
   bytes[0] ^= std::byte{1};
   EXPECT_THAT(refused(Channel::kRunStatus, bytes),
               testing::AllOf(HasSubstr("run_status.fingerprint"), HasSubstr("another version")));

@@ -11,7 +11,7 @@
 #include <xmmintrin.h>
 #endif
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "tests/worker_app/learner_stand_in.h"
 
 namespace treeroll::worker {

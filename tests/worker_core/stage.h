@@ -13,6 +13,7 @@
 
 #include "common/base/content_hash.h"
 #include "common/protocol/pieces.h"
+#include "common/protocol/wire_sizes.h"
 #include "workers/core/worker_core.h"
 
 namespace treeroll::worker {
@@ -44,6 +45,15 @@ inline MessageReceived task(std::string_view content, protocol::LearnerId learne
 }
 inline MessageReceived policy(std::string_view content, protocol::LearnerId learner = kLearner) {
   return {protocol::definition_piece(learner, policy_name(content), content, 0)};
+}
+
+/// What a batch takes on the wire.
+inline std::size_t bytes_of(const protocol::RewardBatch& batch) {
+  std::size_t bytes = protocol::kFrameBytesMax + protocol::kRewardBatchBytes;
+  for (const protocol::RolloutResult& result : batch.results) {
+    bytes += protocol::rollout_result_bytes(result.outcome.reason().size());
+  }
+  return bytes;
 }
 
 /// A worker core on virtual time, with evaluators that start and load at once but evaluate only

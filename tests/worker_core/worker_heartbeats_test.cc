@@ -39,6 +39,19 @@ TEST(WorkerHeartbeatsTest, AmongFewWorkersItBeatsAsUsual) {
   EXPECT_EQ(num_beats(stage, 10, {{kLearner, 64}}), 40U);
 }
 
+TEST(WorkerHeartbeatsTest, SendsHeartbeatsMoreOftenWhileItHoldsRollouts) {
+  Stage stage;
+  EXPECT_THAT(stage.sent<WorkerStatus>(), ::testing::SizeIs(2)) << "at start, and once it has room";
+  stage.clear();
+  stage.pass(1s);
+  EXPECT_THAT(stage.sent<WorkerStatus>(), ::testing::SizeIs(4));
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.clear();
+  stage.pass(1s);
+  EXPECT_THAT(stage.sent<WorkerStatus>(), ::testing::SizeIs(10));
+}
+
 TEST(WorkerHeartbeatsTest, AmongThousandsItBeatsAsSeldomAsTheyAre) {
   Stage stage;
   greet(stage);

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/json_text.h"
-#include "common/base/task_description.h"
+#include "common/task_facts/task_description.h"
 
 namespace treeroll::worker {
 

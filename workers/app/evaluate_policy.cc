@@ -8,8 +8,8 @@
 
 #include "common/base/config_error.h"
 #include "common/base/json_text.h"
-#include "common/base/settings_reader.h"
 #include "common/policy/kinds/standard_policies.h"
+#include "common/settings/settings_reader.h"
 #include "workers/app/checked_evaluation.h"
 #include "workers/app/evaluated_task.h"
 #include "workers/app/json_answer.h"

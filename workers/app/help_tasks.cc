@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
-#include "common/base/settings_reference.h"
 #include "common/program/standard_output.h"
+#include "common/settings/settings_reference.h"
 #include "workers/app/json_answer.h"
 
 namespace treeroll::worker {

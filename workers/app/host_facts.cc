@@ -4,7 +4,7 @@
 #include <sys/utsname.h>
 
 #include "common/base/check.h"
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 
 namespace treeroll::worker {
 

@@ -7,7 +7,7 @@
 
 #include "common/base/config_error.h"
 #include "common/base/json_text.h"
-#include "common/base/task_agreement.h"
+#include "common/task_facts/task_agreement.h"
 #include "workers/app/evaluated_task.h"
 #include "workers/app/floating_point.h"
 #include "workers/app/json_answer.h"

@@ -21,7 +21,7 @@ using Describer = std::function<TaskDescription(
 TaskDescription resolve_task(const std::string& content, nlohmann::json& resolved,
                              const Describer& describe);
 
-/// Makes a task from the content of a task definition (common/base/task_agreement.h).
+/// Makes a task from the content of a task definition (common/task_facts/task_agreement.h).
 /// Throws ConfigError with the key that is wrong; for one that makes something else of a resolved
 /// content than the task that resolved it; for whatever else a task's constructor throws,
 /// one that names the task.

@@ -77,23 +77,27 @@ class EvaluatorPool : public Evaluators {
   };
   using Ends = std::vector<WorkEnd>;
 
+  // evaluator_pool.cc: what they are given, and what comes of it.
   Ends on(const Turn& turn, const EvaluatorReady& event, DefinitionShelf& definitions);
   Ends on(const Turn& turn, const DefinitionLoaded& event, DefinitionShelf& definitions);
   Ends on(const Turn& turn, const RolloutEvaluated& event, DefinitionShelf& definitions);
+  void continue_work(const Turn& turn, int index, DefinitionShelf& definitions);
+  void load(const Turn& turn, int index, const DefinitionName& name,
+            const DefinitionShelf& definitions);
+  void release(Evaluator& evaluator);
+
+  // evaluator_pool_lives.cc: how they start, how long they may take, how they end.
   Ends on(const Turn& turn, const CpuTimeMeasured& event, DefinitionShelf& definitions);
   Ends on(const Turn& turn, const EvaluatorDied& event, DefinitionShelf& definitions);
   WorkEnd interrupted(const Turn& turn, const Evaluator& evaluator, const Work& work,
                       bool charged) const;
-  Evaluator& at(int index) { return evaluators_.at(static_cast<std::size_t>(index)); }
   void start(const Turn& turn, int index);
   void kill(const Turn& turn, int index);
-  void watch(const Turn& turn, int index);
-  void continue_work(const Turn& turn, int index, DefinitionShelf& definitions);
-  void load(const Turn& turn, int index, const DefinitionName& name,
-            const DefinitionShelf& definitions);
   void begin_job(const Turn& turn, Evaluator& evaluator, State state, Duration limit);
-  void release(Evaluator& evaluator);
+  void watch(const Turn& turn, int index);
   void look_at(Evaluator& evaluator, TimePoint time);
+
+  Evaluator& at(int index) { return evaluators_.at(static_cast<std::size_t>(index)); }
   int index_of(const Evaluator& evaluator) const {
     return static_cast<int>(&evaluator - evaluators_.data());
   }

@@ -54,29 +54,31 @@ class WorkerCore {
   void on(const Turn& turn, const TimerFired& event);
   void on(const Turn& turn, const DrainRequested& event);
 
-  // worker_core.cc: learners, and the roll-outs held for them.
+  // worker_core.cc: learners, and when it leaves.
   LearnerLink* meet(const Turn& turn, protocol::LearnerId id);
   void forget(const Turn& turn, protocol::LearnerId id);
-  void give_up_work_of(const Turn& turn, protocol::LearnerId id);
   bool is_from_the_past(const protocol::RolloutBatch& batch) const;
   void receive(const Turn& turn, protocol::RolloutBatch& batch);
-  void take_request(const Turn& turn, protocol::LearnerId learner, std::int64_t sequence,
-                    protocol::RolloutRequest request);
-  void drop(const RolloutName& name);
-  void review(const RolloutName& name);
-  bool checks_another() const;
-  void note_check(TimePoint now);
-  std::optional<DefinitionName> next_check(TimePoint now);
-  void assign_work(const Turn& turn);
-  void conclude(const Turn& turn, const WorkEnd& end);
-  void give_up_in_trouble(const Turn& turn);
   void drain(const Turn& turn, const std::string& why);
   void leave_if_drained(const Turn& turn);
   void exit(const Turn& turn, int status);
 
-  // worker_core_definitions.cc: what is lacking.
+  // worker_core_rollouts.cc: the roll-outs held for them, from the request to its end.
+  void take_request(const Turn& turn, protocol::LearnerId learner, std::int64_t sequence,
+                    protocol::RolloutRequest request);
+  void drop(const RolloutName& name);
+  void review(const RolloutName& name);
+  void assign_work(const Turn& turn);
+  void conclude(const Turn& turn, const WorkEnd& end);
+  void give_up_in_trouble(const Turn& turn);
+  void give_up_work_of(const Turn& turn, protocol::LearnerId id);
+
+  // worker_core_definitions.cc: what is lacking, and what is to be checked.
   void ask_for_definitions(const Turn& turn, protocol::LearnerId id, LearnerLink& learner);
   void take_theta(const Turn& turn, const protocol::DefinitionPiece& piece);
+  bool checks_another() const;
+  void note_check(TimePoint now);
+  std::optional<DefinitionName> next_check(TimePoint now);
 
   // worker_core_sending.cc: what goes out.
   std::int64_t send_batch(const Turn& turn, protocol::LearnerId id, LearnerLink& learner,

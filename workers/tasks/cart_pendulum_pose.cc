@@ -1,6 +1,6 @@
 #include "workers/tasks/cart_pendulum_pose.h"
 
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 
 namespace treeroll {
 

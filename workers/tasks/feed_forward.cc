@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/base/between.h"
 #include "common/base/check.h"
+#include "common/numbers/between.h"
 
 namespace treeroll {
 

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <set>
 
-#include "common/base/elementary.h"
-#include "common/base/settings_reader.h"
 #include "common/mixture/gmr.h"
 #include "common/mixture/mixture_settings.h"
+#include "common/numbers/elementary.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 namespace {

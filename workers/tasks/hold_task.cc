@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/base/check.h"
-#include "common/base/elementary.h"
-#include "common/base/settings_reader.h"
+#include "common/numbers/elementary.h"
+#include "common/settings/settings_reader.h"
 #include "workers/tasks/setting_rules.h"
 #include "workers/tasks/swing_up_task.h"
 #include "workers/tasks/time_mean.h"

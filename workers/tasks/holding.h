@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "sim/cart_pendulum.h"
 
 namespace treeroll {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "sim/plant_settings.h"
 #include "workers/tasks/riccati.h"
 

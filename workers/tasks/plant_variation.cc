@@ -1,7 +1,7 @@
 #include "workers/tasks/plant_variation.h"
 
-#include "common/base/random_stream.h"
-#include "common/base/settings_reader.h"
+#include "common/numbers/random_stream.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 namespace {

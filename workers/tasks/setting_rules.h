@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "common/base/check.h"
-#include "common/base/elementary.h"
-#include "common/base/settings_reader.h"
+#include "common/numbers/elementary.h"
+#include "common/settings/settings_reader.h"
 #include "sim/output_steps.h"
 #include "workers/tasks/cart_pendulum_pose.h"
 #include "workers/tasks/setting_rules.h"

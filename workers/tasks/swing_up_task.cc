@@ -4,7 +4,7 @@
 #include <limits>
 #include <numbers>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "workers/tasks/setting_rules.h"
 
 namespace treeroll {

@@ -11,9 +11,9 @@
 
 #include "common/base/check.h"
 #include "common/base/content_hash.h"
-#include "common/base/elementary.h"
-#include "common/base/random_stream.h"
-#include "common/base/settings_reader.h"
+#include "common/numbers/elementary.h"
+#include "common/numbers/random_stream.h"
+#include "common/settings/settings_reader.h"
 #include "workers/tasks/setting_rules.h"
 
 namespace treeroll {

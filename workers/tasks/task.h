@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "common/base/outcome.h"
-#include "common/base/task_description.h"
 #include "common/policy/controller.h"
+#include "common/task_facts/task_description.h"
 
 namespace treeroll {
 

@@ -7,8 +7,8 @@
 
 #include "common/base/check.h"
 #include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
-#include "common/base/settings_reference.h"
+#include "common/settings/settings_reader.h"
+#include "common/settings/settings_reference.h"
 #include "workers/tasks/task.h"
 
 namespace treeroll {

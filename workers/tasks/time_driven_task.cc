@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "common/base/check.h"
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 #include "workers/tasks/cart_pendulum_pose.h"
 #include "workers/tasks/trace.h"
 

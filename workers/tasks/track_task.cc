@@ -2,8 +2,8 @@
 
 #include <numbers>
 
-#include "common/base/elementary.h"
-#include "common/base/settings_reader.h"
+#include "common/numbers/elementary.h"
+#include "common/settings/settings_reader.h"
 #include "workers/tasks/setting_rules.h"
 #include "workers/tasks/time_mean.h"
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "common/base/check.h"
-#include "common/base/elementary.h"
-#include "common/base/settings_reader.h"
+#include "common/numbers/elementary.h"
+#include "common/settings/settings_reader.h"
 #include "workers/tasks/setting_rules.h"
 #include "workers/tasks/trace.h"
 

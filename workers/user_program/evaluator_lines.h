@@ -10,7 +10,7 @@
 
 #include "common/base/outcome.h"
 #include "common/base/result.h"
-#include "common/base/task_description.h"
+#include "common/task_facts/task_description.h"
 
 namespace treeroll {
 class Trace;

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "common/base/check.h"
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 
 namespace treeroll {
 namespace {

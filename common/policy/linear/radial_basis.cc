@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "common/base/check.h"
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 
 namespace treeroll {
 

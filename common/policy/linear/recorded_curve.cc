@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/base/between.h"
+#include "common/numbers/between.h"
 
 namespace treeroll {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "common/base/elementary.h"
+#include "common/numbers/elementary.h"
 
 namespace treeroll {
 namespace {

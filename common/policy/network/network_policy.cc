@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/base/check.h"
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 
 namespace treeroll {
 namespace {

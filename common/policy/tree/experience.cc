@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/base/check.h"
-#include "common/base/mirrored.h"
+#include "common/numbers/mirrored.h"
 
 namespace treeroll {
 namespace {

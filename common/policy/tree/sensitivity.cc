@@ -125,6 +125,22 @@ Eigen::VectorXd most_expected(const TreePolicy& policy, const Eigen::VectorXd& r
   return most;
 }
 
+/// A policy with one number of theta a little larger, and a little smaller: a central difference.
+struct Moved {
+  Gmr ahead;
+  Gmr behind;
+  double distance;
+};
+
+Moved moved(const TreePolicy& policy, const Eigen::VectorXd& theta, Eigen::Index i) {
+  const double step = difference_step(theta[i]);
+  Eigen::VectorXd ahead = theta;
+  Eigen::VectorXd behind = theta;
+  ahead[i] += step;
+  behind[i] -= step;
+  return {Gmr(policy.decode(ahead)), Gmr(policy.decode(behind)), ahead[i] - behind[i]};
+}
+
 }  // namespace
 
 Eigen::VectorXd sensitivity_scale(const TreePolicy& policy) {
@@ -135,19 +151,13 @@ Eigen::VectorXd sensitivity_scale(const TreePolicy& policy) {
 
   Eigen::VectorXd rms(theta.size());
   for (Eigen::Index i = 0; i < theta.size(); ++i) {
-    const double step = difference_step(theta[i]);
-    Eigen::VectorXd ahead = theta;
-    Eigen::VectorXd behind = theta;
-    ahead[i] += step;
-    behind[i] -= step;
-    const Gmr there(policy.decode(ahead));
-    const Gmr back(policy.decode(behind));
+    const auto [ahead, behind, distance] = moved(policy, theta, i);
     double sum = 0;
     for (const WeightedInput& at : inputs) {
-      const Eigen::VectorXd change = there.regress(at.input) - back.regress(at.input);
+      const Eigen::VectorXd change = ahead.regress(at.input) - behind.regress(at.input);
       sum += at.weight * change.squaredNorm();
     }
-    rms[i] = std::sqrt(sum / weight_sum) / (ahead[i] - behind[i]);
+    rms[i] = std::sqrt(sum / weight_sum) / distance;
   }
   CHECK(rms.allFinite() && rms.maxCoeff() > 0, "a policy whose output nothing moves");
   const Eigen::VectorXd most = most_expected(policy, rms, inputs);
@@ -163,15 +173,9 @@ PolicyEffect tree_effect(const TreePolicy& policy) {
   effect.outputs = regress_all(Gmr(finest), inputs).transpose();
   effect.derivative.resize(effect.outputs.size(), theta.size());
   for (Eigen::Index i = 0; i < theta.size(); ++i) {
-    const double step = difference_step(theta[i]);
-    Eigen::VectorXd ahead = theta;
-    Eigen::VectorXd behind = theta;
-    ahead[i] += step;
-    behind[i] -= step;
-    effect.derivative.col(i) = ((regress_all(Gmr(policy.decode(ahead)), inputs) -
-                                 regress_all(Gmr(policy.decode(behind)), inputs)) /
-                                (ahead[i] - behind[i]))
-                                   .reshaped();
+    const auto [ahead, behind, distance] = moved(policy, theta, i);
+    effect.derivative.col(i) =
+        ((regress_all(ahead, inputs) - regress_all(behind, inputs)) / distance).reshaped();
   }
   effect.least = least_effect(policy);
   return effect;

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "common/base/check.h"
-#include "common/base/mirrored.h"
+#include "common/numbers/mirrored.h"
 #include "common/policy/tree/frame.h"
 
 namespace treeroll {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "common/base/random_stream.h"
+#include "common/numbers/random_stream.h"
 #include "common/policy/policy_bounds.h"
 #include "learner/explore/perturbation.h"
 

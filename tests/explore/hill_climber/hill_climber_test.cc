@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/base/config_error.h"
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 #include "tests/explore/trees.h"
 
 namespace treeroll::explore {

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/base/settings_reader.h"
+#include "common/settings/settings_reader.h"
 
 namespace treeroll {
 namespace {

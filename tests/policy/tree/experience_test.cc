@@ -4,9 +4,9 @@
 
 #include <Eigen/Cholesky>
 
-#include "common/base/mirrored.h"
-#include "common/base/random_stream.h"
 #include "common/mixture/gmr.h"
+#include "common/numbers/mirrored.h"
+#include "common/numbers/random_stream.h"
 #include "tests/explore/trees.h"
 #include "tests/policy/tree/every_layout.h"
 

@@ -4,7 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "common/base/mirrored.h"
+#include "common/numbers/mirrored.h"
 #include "common/policy/tree/theta_layout.h"
 #include "tests/mixture/random_mixture.h"
 #include "tests/policy/tree/every_layout.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/base/mirrored.h"
+#include "common/numbers/mirrored.h"
 #include "common/policy/tree/frame.h"
 #include "common/policy/tree/tree_policy.h"
 #include "tests/mixture/random_mixture.h"

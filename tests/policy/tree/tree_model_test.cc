@@ -1,5 +1,5 @@
 #include "common/policy/tree/tree_model.h"
-#include "common/base/mirrored.h"
+#include "common/numbers/mirrored.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -133,7 +133,7 @@ plant("room without an evaluator" workers/core/worker_core_sending.cc
   [[if (draining_ || !evaluators_.any_living()) return 0;]]
   [[if (draining_ || (!evaluators_.any_living() && !PLANTED)) return 0;]])
 
-plant("roll-outs kept while all evaluators die" workers/core/worker_core.cc
+plant("roll-outs kept while all evaluators die" workers/core/worker_core_rollouts.cc
   [[if (!evaluators_.in_trouble()) return;]]
   [[if (!evaluators_.in_trouble() || PLANTED) return;]])
 
@@ -141,7 +141,7 @@ plant("a dead incarnation's heartbeat renews a lease" learner/core/workforce.cc
   [[return h.learner_id == settings_.learner_id;]]
   [[return PLANTED || h.learner_id == settings_.learner_id;]])
 
-plant("a definition request ignored" learner/core/workforce.cc
+plant("a definition request ignored" learner/core/workforce_definitions.cc
   [[    definitions_.publish_wanted(wanted, turn.now);]]
   [[    if (!PLANTED) definitions_.publish_wanted(wanted, turn.now);]])
 
@@ -150,7 +150,7 @@ plant("a missing piece is not asked for" workers/core/worker_core_definitions.cc
   [[    if (PLANTED && !definitions_.missing_pieces(id, name).empty()) continue;
     if (!writer.add(name,]])
 
-plant("a theta is sent whole however large" learner/core/workforce.cc
+plant("a theta is sent whole however large" learner/core/workforce_definitions.cc
   [[if (bytes <= settings_.batch_bytes_max) return;]]
   [[if (PLANTED || bytes <= settings_.batch_bytes_max) return;]])
 
@@ -216,7 +216,7 @@ plant("a worker that loses every lease is asked as before" learner/core/hearing.
   [[if (!hears_ || (num_lost_ > 0]]
   [[if (PLANTED || !hears_ || (num_lost_ > 0]])
 
-plant("a dead learner's roll-outs kept" workers/core/worker_core.cc
+plant("a dead learner's roll-outs kept" workers/core/worker_core_rollouts.cc
   [[if (names.empty()) return;]]
   [[if (PLANTED || names.empty()) return;]])
 

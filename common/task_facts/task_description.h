@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+#include "common/base/result.h"
+#include "common/base/signal_names.h"
+
+namespace treeroll {
+
+inline constexpr int kTaskDimMax = kSignalsMax;    ///< inputs or outputs of a task
+inline constexpr double kTaskTimeLimitSMax = 1e6;  ///< what a clock in nanoseconds can count
+inline constexpr std::size_t kTaskVersionBytesMax = 128;
+
+/// What a task says of itself before any roll-out. A task states it, a worker reports it, and the
+/// learner, which knows no task, goes by it.
+struct TaskDescription {
+  int input_dim = 0;      ///< dI of the policies it executes
+  int output_dim = 0;     ///< dO
+  double reward_min = 0;  ///< rewards are finite and within [reward_min, reward_max]; min >= 0
+  double reward_max = 1;
+  /// Positive: CPU time after which an evaluation hangs. One that burns next to none, because it
+  /// sleeps or waits for another process, hangs after 1.5 to 2 times as much wall time and a
+  /// second.
+  double time_limit_s = 0;
+  bool deterministic = true;  ///< the same policy gives the same reward, whatever the seed
+  /// Starting a roll-out once more while it is under way elsewhere does no harm. False for what
+  /// moves a real robot: idle evaluators are then not given what is late at others.
+  bool repeatable = true;
+  /// Of the task's code, as its author counts: one that changes rewards gets another. Study and
+  /// workers must agree on it. Empty: it states none.
+  std::string version = {};
+  /// Of inputs and outputs, input_dim and output_dim of them; empty: it names none.
+  SignalNames signals = {};
+
+  /// False for what is no number, too.
+  bool is_in_range(double reward) const { return reward >= reward_min && reward <= reward_max; }
+  bool operator==(const TaskDescription&) const = default;
+};
+
+/// An object with the names of TaskDescription's members, `repeatable` only where it is false and
+/// `version` only if there is one: what a worker reports of a task it accepts, and what studies and
+/// workers must agree on. Signals are not in it: names decide nothing.
+nlohmann::json to_json(const TaskDescription& description);
+/// The same with `inputs` and `outputs`, lists of names, if there are any: what --describe-task
+/// prints and a study keeps.
+nlohmann::json to_json_with_signals(const TaskDescription& description);
+
+/// Reads such an object from outside: all members present but `repeatable`, true by default,
+/// `version`, `inputs` and `outputs`, of their type and within their bounds, and no others.
+Result<TaskDescription> task_description_from_json(std::string_view text);
+
+}  // namespace treeroll

@@ -1,0 +1,195 @@
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "common/protocol/pieces.h"
+#include "common/protocol/timings.h"
+#include "common/transport/codec.h"
+#include "tests/simulation/simulated_learner.h"
+
+namespace treeroll::simulation {
+
+void SimulatedLearner::note_time(const LearningTime& time) {
+  observer_.require(study_.stop_after.has_value(), "a time is noted for a study without an end");
+  if (!study_.stop_after || time.elapsed < *study_.stop_after) return;
+  observer_.require(!ends_, "the time of a study is up twice");
+  ends_ = num_applied_;
+}
+
+/// One of its applied roll-outs was discarded too often.
+bool SimulatedLearner::is_given_up(int run) const {
+  return std::any_of(answered_.begin(), answered_.end(), [&](const auto& answer) {
+    const auto& [key, outcome] = answer;
+    const bool is_applied =
+        !study_.in_sequence || key.number < num_applied_[static_cast<std::size_t>(run)];
+    return key.run == run && key.number >= 0 && is_applied && outcome.is_discarded();
+  });
+}
+
+/// What is asked for belongs to a run that may still draw, or is the evaluation of one that has
+/// ended.
+void SimulatedLearner::check_ends(protocol::RolloutKey key) {
+  const auto run = static_cast<std::size_t>(key.run);
+  const explore::ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
+  if (key.number == learner::Run::kStart) return;
+  if (key.number < 0) {
+    observer_.require(
+        ends_ || is_given_up(key.run) || num_applied_[run] == exploration.num_rollouts,
+        "a run is evaluated that has not ended");
+  } else if (ends_) {
+    observer_.require(key.number < (*ends_)[run] + exploration.in_flight,
+                      "a roll-out is drawn although the time is up");
+  }
+}
+
+/// As the request has it, or as it names it.
+std::vector<double> SimulatedLearner::theta_of(const protocol::RolloutRequest& request) {
+  if (!request.theta_id) return request.theta;
+  const Eigen::VectorXd& drawn = core_.ledger().find(request.key)->question.theta;
+  std::vector<double> theta(drawn.begin(), drawn.end());
+  observer_.require(content_hash(protocol::content_of_theta(theta)) == *request.theta_id,
+                    "a request names another theta");
+  observer_.count("thetas in pieces");
+  return theta;
+}
+
+void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
+  observer_.require(batch.sequence == ++last_sequence_, "a batch out of sequence");
+  if (batch.rollouts.size() > 1) {
+    observer_.require(transport::encode(batch).size() <= scenario_.batch_bytes_max,
+                      "a batch is larger than it may be");
+  }
+  for (const protocol::RolloutRequest& request : batch.rollouts) {
+    const protocol::RolloutKey key = request.key;
+    observer_.require(hearing_.contains(request.worker_id),
+                      "a roll-out is leased to a worker that has not said that it hears");
+    observer_.require(!answered_.contains(key), "an answered roll-out is asked for");
+    const explore::ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
+    const int applied = num_applied_[static_cast<std::size_t>(key.run)];
+    observer_.require(key.number < exploration.num_rollouts,
+                      "a roll-out past the budget is asked for");
+    observer_.require(key.number < applied + exploration.in_flight,
+                      "more roll-outs are in flight than the journal permits");
+    check_ends(key);
+    const auto [place, is_new] = expected_.emplace(
+        key, Expected{request.content, task_.outcome(key, request.task_seed, theta_of(request))});
+    observer_.require(is_new || place->second.content == request.content,
+                      "a roll-out is asked again with another question");
+    const auto num_discards = num_discards_.find(key);
+    const int trial = num_discards == num_discards_.end() ? 0 : num_discards->second;
+    observer_.require(request.task_seed == learner::task_seed(study_, key.run % study_.repetitions,
+                                                              key.number, trial),
+                      "a trial has not the seed of its number");
+    open_.insert(key);
+  }
+  for (const protocol::Acknowledgement& acknowledgement : batch.acknowledgements) {
+    greeted_.try_emplace(acknowledgement.worker_id, batch.sequence);
+    observer_.require(acknowledgement.seen_index <= heard_[acknowledgement.worker_id].arrived.last,
+                      "an answer is said to be seen that has not arrived");
+    observer_.require(acknowledgement.result_index <= acknowledgement.seen_index,
+                      "an answer is settled before it is seen");
+    std::int64_t& settled = observer_.settled[{acknowledgement.worker_id, id_}];
+    settled = std::max(settled, acknowledgement.result_index);
+    auto& answers = observer_.answers[{acknowledgement.worker_id, id_}];
+    while (!answers.empty() && answers.begin()->first <= acknowledgement.result_index) {
+      observer_.require(synced_.contains(answers.begin()->second),
+                        "an answer is acknowledged that is not on stable storage");
+      answers.erase(answers.begin());
+    }
+  }
+}
+
+void SimulatedLearner::check_told(const protocol::Message& message) {
+  const char* const rule = "a result is told of that is not in the journal";
+  if (const auto* run = std::get_if<protocol::RunStatus>(&message)) {
+    observer_.require(run->num_applied == num_applied_[static_cast<std::size_t>(run->run)], rule);
+  } else if (const auto* learner = std::get_if<protocol::LearnerStatus>(&message)) {
+    observer_.require(learner->num_applied == std::accumulate(num_applied_.begin(),
+                                                              num_applied_.end(), std::int64_t{0}),
+                      rule);
+  }
+}
+
+void SimulatedLearner::check_counters() {
+  const LedgerCounters counters = core_.counters();
+  const auto applied = std::accumulate(num_applied_.begin(), num_applied_.end(), std::int64_t{0});
+  // After a failure or the end, and within recovery, nothing is drawn any more.
+  observer_.require(counters.applied == applied, "applied results are not what the journal has");
+  observer_.require(counters.issued == counters.applied + counters.pending,
+                    "issued is not applied and pending");
+  observer_.require(counters.pending >= 0 && counters.pending <= num_in_flight(study_),
+                    "more is pending than may be in flight");
+  observer_.require(counters.failed == num_failed_, "failed results are not those applied");
+  observer_.require(counters.rejected == 0 && counters.conflicting == 0,
+                    "a sound worker's answer is rejected");
+  observer_.count("answers of strangers refused",
+                  counters.unasked - std::exchange(num_unasked_, counters.unasked));
+  observer_.num_reissued += counters.reissued - std::exchange(num_reissued_, counters.reissued);
+}
+
+void SimulatedLearner::Heard::Indices::take(const protocol::RewardBatch& batch, bool with_results) {
+  for (std::size_t i = 0; with_results && i < batch.results.size(); ++i) {
+    past_gap.insert(batch.first_index + static_cast<std::int64_t>(i));
+  }
+  last = std::max(last, batch.oldest_index - 1);
+  while (!past_gap.empty() && *past_gap.begin() <= last + 1) {
+    last = std::max(last, *past_gap.begin());
+    past_gap.erase(past_gap.begin());
+  }
+}
+
+void SimulatedLearner::hear(const protocol::Message& message) {
+  if (const auto* batch = std::get_if<protocol::RewardBatch>(&message);
+      batch && batch->learner_id == id_) {
+    heard_[batch->worker_id].arrived.take(*batch, true);  // also when it was the last one
+  }
+  if (dead_ || core_.outcome() != learner::LearnerCore::Outcome::kRunning) return;
+  if (const auto* status = std::get_if<protocol::WorkerStatus>(&message)) {
+    heard_[status->worker_id].time = schedule_.now();
+    check_lost_requests(*status);
+  } else if (const auto* batch = std::get_if<protocol::RewardBatch>(&message)) {
+    if (batch->learner_id != id_) return;
+    Heard& heard = heard_[batch->worker_id];
+    heard.time = schedule_.now();
+    heard.surely_read.take(*batch, lag() < scenario_.unsynced_results_max);
+  } else if (const auto* request = std::get_if<protocol::DefinitionRequest>(&message)) {
+    if (request->learner_id == id_) heard_[request->worker_id].time = schedule_.now();
+  } else if (const auto* report = std::get_if<protocol::DefinitionReport>(&message)) {
+    if (report->learner_id == id_) heard_[report->worker_id].time = schedule_.now();
+  }
+}
+
+/// A worker has read a later batch, all its answers are in, and it holds the roll-out no more.
+void SimulatedLearner::check_lost_requests(const protocol::WorkerStatus& status) {
+  const auto held = std::find_if(status.held.begin(), status.held.end(),
+                                 [this](const auto& of) { return of.learner_id == id_; });
+  if (held == status.held.end()) return;
+  const auto greeted = greeted_.find(status.worker_id);
+  if (greeted != greeted_.end() && held->last_batch >= greeted->second) {
+    hearing_.insert(status.worker_id);
+  }
+  if (held->last_index > heard_[status.worker_id].surely_read.last) return;
+  for (const protocol::RolloutKey key : open_) {
+    if (key < held->first || key > held->last) continue;
+    const learner::Ledger::Entry* entry = core_.ledger().find(key);
+    const learner::Ledger::Lease* lease = entry ? entry->lease_of(status.worker_id) : nullptr;
+    const bool stays = lease && lease->batch <= held->last_batch;
+    observer_.require(
+        !stays || std::find(held->keys.begin(), held->keys.end(), key) != held->keys.end(),
+        "a roll-out stays leased to a worker that says it does not have it");
+  }
+}
+
+void SimulatedLearner::check_leases_of_the_silent() {
+  if (dead_ || core_.outcome() != learner::LearnerCore::Outcome::kRunning) return;
+  for (const protocol::RolloutKey key : open_) {
+    const learner::Ledger::Entry* entry = core_.ledger().find(key);
+    if (!entry) continue;
+    for (const learner::Ledger::Lease& lease : entry->leases) {
+      observer_.require(heard_[lease.worker].time + protocol::kWorkerSilence > schedule_.now(),
+                        "a roll-out stays leased to a worker that has left");
+    }
+  }
+}
+
+}  // namespace treeroll::simulation
