@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/signal_names.h"
 #include "common/policy/controller.h"
 
 namespace treeroll {
@@ -114,5 +115,10 @@ inline constexpr std::string_view kDefaultPolicyKind = "tree";
 ///
 /// with what the kind has to say of itself. A text without "kind" is a tree's.
 std::string to_json(const Policy& policy);
+/// The same for people and robots, with what inputs and outputs are called, if anybody has named
+/// them: "signals": {"inputs": [...], "outputs": [...]}. Workers are sent none: policies are known
+/// by the hash of their text. Precondition: the names are those of its inputs and outputs
+/// (fault_of())
+std::string to_json(const Policy& policy, const SignalNames& signals);
 
 }  // namespace treeroll

@@ -28,7 +28,12 @@ class PendulumTask : public treeroll::Task {
                                     {.meaning = "Simulated time", .unit = "s"})) {}
 
   treeroll::TaskDescription description() const override {
-    return {.input_dim = 1, .output_dim = 1, .reward_min = 0, .reward_max = 1, .time_limit_s = 5};
+    return {.input_dim = 1,
+            .output_dim = 1,
+            .reward_min = 0,
+            .reward_max = 1,
+            .time_limit_s = 5,
+            .signals = {{"time_s"}, {"cart_acceleration_mps2"}}};
   }
 
   treeroll::Outcome evaluate(treeroll::Controller& controller, std::uint64_t /*seed*/) override {

@@ -14,9 +14,10 @@ explore::Exploration start(const Study& study, const Condition& condition, int r
 }
 
 /// JSON of a layer's policy with this theta; empty if it makes none.
-std::string policy_text(const Policy& policy, const Eigen::VectorXd& theta) {
+std::string policy_text(const Policy& policy, const Eigen::VectorXd& theta,
+                        const SignalNames& signals) {
   try {
-    return to_json(*policy.with(theta));
+    return to_json(*policy.with(theta), signals);
   } catch (const std::invalid_argument&) {
     return "";
   }
@@ -150,7 +151,8 @@ bool Run::done() const {
 
 std::string Run::best_policy() const {
   const explore::Exploration::Best& best = exploration_.best();
-  return policy_text(exploration_.policy(best.layer), best.theta);
+  return policy_text(exploration_.policy(best.layer), best.theta,
+                     study_->conditions[condition_].signals);
 }
 
 RunRecord Run::record() const& {
@@ -177,8 +179,8 @@ RunRecord Run::record_without_rollouts() const {
   if (best.rollout >= 0) {
     record.best_reward = best.reward;
     record.best_policy = best_policy();
-    record.final_policy =
-        policy_text(exploration_.policy(exploration_.layer()), exploration_.mean());
+    record.final_policy = policy_text(exploration_.policy(exploration_.layer()),
+                                      exploration_.mean(), study_->conditions[condition_].signals);
   }
   if (const std::optional<Answer> answer = answer_of(kStart)) record.start = answer->outcome;
   for (int i = 0; i < study_->final_evaluations; ++i) {

@@ -49,6 +49,38 @@ TEST(TraceTest, ADivergedSwingUpIsTracedAsFarAsItWent) {
   EXPECT_GT(trace.numbers().size(), 0U);
 }
 
+TEST(TraceTest, TheSignalsOfEachTaskAreColumnsOfItsTrace) {
+  const std::vector<std::pair<std::string, std::string>> tasks = {
+      {"hold", "{}"},
+      {"hold", R"({"feedback": "lqr"})"},
+      {"spiral", "{}"},
+      {"swing_up", "{}"},
+      {"swing_up", R"({"feedback": "lqr"})"},
+      {"track", "{}"},
+      {"trajectory", R"({"goal": {"outputs": [0, 1], "deviations": [0.3, 0.3]}})"},
+      {"trajectory", R"({"goal": {"columns": ["t_s", "x_m"], "rows": [[0, 1], [1, 2]]}})"}};
+  for (const auto& [name, settings] : tasks) {
+    const auto task = standard_task(name, settings);
+    const TaskDescription description = task->description();
+    ASSERT_FALSE(description.signals.empty()) << name;
+    EXPECT_EQ(fault_of(description.signals, description.input_dim, description.output_dim),
+              std::nullopt);
+    Trace trace;
+    const int dim = description.input_dim + description.output_dim;
+    const Gmm nothing(description.input_dim, {{.prior = 1,
+                                               .mean = Eigen::VectorXd::Zero(dim),
+                                               .covariance = Eigen::MatrixXd::Identity(dim, dim)}});
+    const Outcome outcome = evaluate_traced(*task, nothing, 0, trace);
+    EXPECT_EQ(trace.policy_inputs(), description.signals.inputs) << name << outcome.reason();
+    EXPECT_EQ(trace.policy_outputs(), description.signals.outputs) << name;
+  }
+  // A goal from a file may call its columns anything: then they are no signals.
+  const auto odd = standard_task(
+      "trajectory", R"({"goal": {"columns": ["t", "x in m"], "rows": [[0, 1], [1, 2]]}})");
+  EXPECT_TRUE(odd->description().signals.empty());
+  EXPECT_TRUE(standard_task("synthetic", "{}")->description().signals.empty());
+}
+
 TEST(TraceTest, ATaskThatDoesNotOverrideItRecordsNothing) {
   const auto task = standard_task("synthetic", "{}");
   Trace trace;

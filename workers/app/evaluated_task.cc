@@ -68,7 +68,8 @@ class ProgramTask : public EvaluatedTask {
 
   Outcome evaluate(const Trial& trial, Trace* trace) override {
     EvaluateAnswer answer = program_.evaluate(
-        {trial.run, trial.rollout, trial.seed, to_json(*trial.policy)}, description_, trace);
+        {trial.run, trial.rollout, trial.seed, to_json(*trial.policy, description_.signals)},
+        description_, trace);
     terms_ = std::move(answer.terms);
     return answer.outcome;
   }

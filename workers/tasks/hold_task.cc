@@ -69,7 +69,14 @@ TaskDescription HoldTask::description() const {
           .reward_min = 0,
           .reward_max = 1,
           .time_limit_s = time_limit_s_,
-          .deterministic = plant_.deterministic()};
+          .deterministic = plant_.deterministic(),
+          .signals = signals()};
+}
+
+/// Where something else holds as well, its acceleration and the policy's are two.
+SignalNames HoldTask::signals() const {
+  return {{"phi1_rad", "phi2_rad", "y_m", "phi1_rate_radps", "phi2_rate_radps", "y_rate_mps"},
+          {holding_ ? "policy_mps2" : "cart_acceleration_mps2"}};
 }
 
 Outcome HoldTask::evaluate(Controller& controller, std::uint64_t seed) {
@@ -77,14 +84,13 @@ Outcome HoldTask::evaluate(Controller& controller, std::uint64_t seed) {
 }
 
 Outcome HoldTask::evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) {
-  const std::vector<std::string> inputs = {"phi1_rad",        "phi2_rad",        "y_m",
-                                           "phi1_rate_radps", "phi2_rate_radps", "y_rate_mps"};
+  const auto [inputs, outputs] = signals();
   std::vector<std::string> columns = {"time_s"};
   columns.insert(columns.end(), inputs.begin(), inputs.end());
   columns.insert(columns.end(), {"cart_acceleration_mps2", "cost"});
   if (holding_) columns.insert(columns.end(), {"policy_mps2", "holds"});
   trace.set_columns(columns);
-  trace.set_policy_columns(inputs, {holding_ ? "policy_mps2" : "cart_acceleration_mps2"});
+  trace.set_policy_columns(inputs, outputs);
   return roll_out(controller, seed, &trace);
 }
 

@@ -24,7 +24,8 @@ TaskDescription TimeDrivenTask::description() const {
           .reward_min = 0,
           .reward_max = 1,
           .time_limit_s = time_limit_s_,
-          .deterministic = plant_.deterministic()};
+          .deterministic = plant_.deterministic(),
+          .signals = {{"time_s"}, {"cart_acceleration_mps2"}}};
 }
 
 Outcome TimeDrivenTask::evaluate(Controller& controller, std::uint64_t seed) {
