@@ -48,10 +48,13 @@ struct PolicySketch {
     std::vector<Gaussian> gaussians;         ///< empty where the kind has none
     std::unique_ptr<Controller> controller;  ///< what this layer alone would do
   };
+  /// Where there is something to see of an input.
+  struct Range {
+    double low = 0;
+    double high = 0;
+  };
   std::vector<Layer> layers;  ///< coarse to fine; roll-outs execute the last one
-  /// What there is to see lies over these inputs, for a policy of one input.
-  double input_low = 0;
-  double input_high = 1;
+  std::vector<Range> inputs;  ///< dI of them
   /// Equal for policies that differ at most in which of their numbers are explored.
   std::string look;
 };

@@ -132,8 +132,9 @@ Eigen::VectorXd NetworkPolicy::steps_of_equal_effect() const {
 PolicySketch NetworkPolicy::sketch() const {
   PolicySketch sketch;
   sketch.layers.emplace_back().controller = controller();
-  sketch.input_low = network_.ranges[0].low;
-  sketch.input_high = network_.ranges[0].high;
+  for (const Network::Range& range : network_.ranges) {
+    sketch.inputs.push_back({range.low, range.high});
+  }
   sketch.look = to_json(*this);
   return sketch;
 }
