@@ -1,5 +1,7 @@
 #include "learner/explore/exploration_settings.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -20,6 +22,15 @@ constexpr const char* kRuleWithVariance = "power";
 constexpr const char* kRuleWithout = "auto";
 /// Outputs of a start that does something are larger: the least factor that a setting may have.
 constexpr double kNothing = 1e-12;
+/// Of start_work(): some seconds of a processor. A learner says nothing meanwhile.
+constexpr double kStartWorkMax = 1e9;
+
+/// What the time that a layer's start takes is proportional to: its metric is a sum over outputs at
+/// some hundred inputs, then its axes, and what a projection reaches takes as long.
+double start_work(const Policy& policy) {
+  const double theta = policy.theta_dim();
+  return theta * theta * (theta + 100. * policy.output_dim());
+}
 
 /// Reads what every run has. The keys of rules that it does not have are never asked for and so
 /// refused.
@@ -90,6 +101,7 @@ class Reader {
 
   /// A start that does something tells the size of the output; one from nothing does not.
   void read_metric(const Policy& start) {
+    check_work(start, "noise_variance", "is required");
     const double size = output_size(start.effect());
     const bool is_from_nothing = !(size > kNothing);
     settings_.metric = source_.choice("metric", {"full", "diagonal"}, "full",
@@ -117,7 +129,8 @@ class Reader {
     settings_.bold_step = (is_from_nothing ? .3 : .08) * settings_.output_scale;
   }
 
-  void read_layers(int num_layers) {
+  void read_layers(const Policy& start) {
+    const int num_layers = start.num_layers();
     settings_.reuse = source_.boolean(
         "reuse", settings_.reuse,
         {.meaning = "Whether the next layer begins with the experience of the one left, section "
@@ -133,9 +146,28 @@ class Reader {
       source_.refuse("last_layer", "must be at least first_layer, which is " +
                                        std::to_string(settings_.first_layer));
     }
+    for (int layer = settings_.first_layer; layer <= settings_.last_layer; ++layer) {
+      const PolicyPtr policy = start.at_layer(layer);
+      if (settings_.metric) {
+        check_work(*policy, "noise_variance", "is required");
+      } else if (settings_.initial_step) {
+        check_work(*policy, "coordinates", "must be \"noise_variance\"");
+      } else if (settings_.reuse && layer > settings_.first_layer) {
+        check_work(*policy, "reuse", "must be false");
+      }
+    }
   }
 
  private:
+  void check_work(const Policy& policy, const char* key, const char* rule) {
+    if (start_work(policy) <= kStartWorkMax) return;
+    source_.refuse(
+        key,
+        fmt::format("{}: otherwise theta^2 x (theta + 100 x outputs) must be at most {:.0e}, "
+                    "and theta of layer {} has {} elements for {} outputs",
+                    rule, kStartWorkMax, policy.layer(), policy.theta_dim(), policy.output_dim()));
+  }
+
   /// `value` is the default and takes the result.
   void integer(const char* key, std::int64_t min, std::int64_t max, int& value,
                const KeyHelp& help) {
@@ -155,7 +187,7 @@ ExplorationSettings read_exploration_settings(SettingsReader& exploration, const
   reader.read_rule(rules);
   reader.read_convergence();
   reader.read_noise(start);
-  reader.read_layers(start.num_layers());
+  reader.read_layers(start);
   return settings;
 }
 

@@ -38,6 +38,10 @@ LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy
   return start;
 }
 
+LayerStart first_start(const ExplorationSettings& settings, const Policy& start) {
+  return fresh_start(settings, *start.at_layer(settings.first_layer));
+}
+
 LayerStart start_with_experience(const ExplorationSettings& settings, const UpdateRule& rule,
                                  const NextLayer& next, const Eigen::VectorXd& carried,
                                  int num_results_of_run) {

@@ -27,6 +27,9 @@ struct LayerStart {
 /// The policy as it stands with the initial noise and no experience.
 LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy);
 
+/// What runs with these settings begin with: fresh_start() of their first layer.
+LayerStart first_start(const ExplorationSettings& settings, const Policy& start);
+
 /// The roll-outs of a layer that is left as roll-outs of the next. Those that no policy of the next
 /// layer represents (in practice failed ones, with a theta past all bounds) are left out.
 std::vector<RatedRollout> projected(const Projection& project,

@@ -103,6 +103,36 @@ TEST(AutomaticRuleTest, AStartFromNothingNeedsAScale) {
       ConfigError);
 }
 
+/// Layers of 43 and 83 coefficients for each of 12 outputs: the finer one is too large.
+LinearPolicy large_ladder() {
+  return {std::make_shared<SplineForm>(std::make_shared<SplineLadder>(BSpline(3, 43, 0, 2), 2),
+                                       nullptr),
+          Eigen::MatrixXd::Constant(12, 83, 1), 1};
+}
+
+/// A learner would say nothing for minutes.
+TEST(AutomaticRuleTest, APolicyIsRefusedWhereALayersStartWouldTakeMinutes) {
+  const LinearPolicy large = large_ladder();
+  const json variance(std::vector<double>(12, 1));
+  read_automatic_settings({{"last_layer", 1}}, large);
+  read_automatic_settings({{"noise_variance", variance}, {"reuse", false}}, large);
+  read_automatic_settings({{"noise_variance", variance}, {"first_layer", 2}}, large);
+  const auto refused = [&](const json& table, const char* key, const char* rule) {
+    try {
+      read_automatic_settings(table, large);
+      ADD_FAILURE() << table;
+    } catch (const ConfigError& error) {
+      EXPECT_EQ(error.key(), key) << table;
+      EXPECT_THAT(error.what(), HasSubstr(rule));
+      EXPECT_THAT(error.what(), HasSubstr("theta of layer 2 has 996 elements for 12 outputs"));
+    }
+  };
+  refused(json::object(), "exploration.noise_variance", "is required");
+  refused({{"rule", "cma_es"}, {"coordinates", "sensitivity"}}, "exploration.coordinates",
+          "must be \"noise_variance\"");
+  refused({{"noise_variance", variance}}, "exploration.reuse", "must be false");
+}
+
 TEST(AutomaticRuleTest, GoesBackToASmallStepFromAGoodStart) {
   ExplorationSettings settings = read_automatic_settings(json::object(), constant_spline(10));
   settings.num_rollouts = 24;
