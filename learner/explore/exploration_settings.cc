@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/settings/settings_reader.h"
@@ -20,8 +21,6 @@ constexpr std::int64_t kMaxConvergenceWindow = 100'000;
 /// The rule of a study that names none.
 constexpr const char* kRuleWithVariance = "power";
 constexpr const char* kRuleWithout = "auto";
-/// Outputs of a start that does something are larger: the least factor that a setting may have.
-constexpr double kNothing = 1e-12;
 /// Of start_work(): some seconds of a processor. A learner says nothing meanwhile.
 constexpr double kStartWorkMax = 1e9;
 
@@ -81,9 +80,10 @@ class Reader {
   }
 
   void read_noise(const Policy& start) {
+    const bool may_try_scale = std::exchange(settings_.tries_scale, false);
     if (settings_.initial_step) return;  // The rule has said what the initial noise comes from.
     if (!source_.has("noise_variance")) {
-      read_metric(start);
+      read_metric(start, may_try_scale);
       return;
     }
     const auto component_dim = static_cast<std::size_t>(start.noise_variance_dim());
@@ -100,29 +100,38 @@ class Reader {
   }
 
   /// A start that does something tells the size of the output; one from nothing does not.
-  void read_metric(const Policy& start) {
+  /// @param may_try_scale  the rule finds a size that nobody tells
+  void read_metric(const Policy& start, bool may_try_scale) {
     check_work(start, "noise_variance", "is required");
-    const double size = output_size(start.effect());
-    const bool is_from_nothing = !(size > kNothing);
+    const PolicyEffect effect = start.effect();
+    const bool is_from_nothing = !does_something(effect);
     settings_.metric = source_.choice("metric", {"full", "diagonal"}, "full",
                                       {.meaning = "Steps that move the output alike in every "
                                                   "direction of theta, or in each of its "
                                                   "elements"}) == "full"
                            ? Metric::kFull
                            : Metric::kDiagonal;
+    if (is_from_nothing && may_try_scale && !source_.has("initial_step") && is_scale_tried()) {
+      settings_.tries_scale = true;
+      settings_.output_scale = 1;
+      settings_.initial_step = kStepFromNothing;
+      return;
+    }
     if (is_from_nothing && !source_.has("output_scale")) {
       source_.refuse("output_scale",
                      "is required: the start policy does nothing, so nothing tells how large the "
                      "outputs of a good policy are. Give their size, or noise_variance");
     }
     settings_.output_scale = source_.number(
-        "output_scale", kFactor, is_from_nothing ? std::nullopt : std::optional(size),
-        {.meaning = "How large the outputs of a good policy are; required for a start "
-                    "that does nothing",
+        "output_scale", kFactor,
+        is_from_nothing ? std::nullopt : std::optional(output_size(effect)),
+        {.meaning = "How large the outputs of a good policy are. For a start that does nothing it "
+                    "is required, but by rule \"auto\" without initial_step",
          .unit = "the output's unit",
          .otherwise = "the size of the start policy's output"});
     settings_.initial_step = source_.number(
-        "initial_step", kFactor, (is_from_nothing ? .1 : .005) * settings_.output_scale,
+        "initial_step", kFactor,
+        (is_from_nothing ? kStepFromNothing : .005) * settings_.output_scale,
         {.meaning = "Deviation of the output in the first steps",
          .unit = "the output's unit",
          .otherwise = ".005 of output_scale; .1 of it for a start that does nothing"});
@@ -159,6 +168,21 @@ class Reader {
   }
 
  private:
+  bool is_scale_tried() {
+    constexpr const char* kKey = "output_scale";
+    constexpr const char* kTried = "auto";
+    if (source_.has(kKey) &&
+        !source_.is_word(kKey, kTried,
+                         {.meaning = "Sizes from a hundredth to a hundred are tried in the first "
+                                     "generation: of a start that does nothing"})) {
+      return false;
+    }
+    source_.string(kKey, kTried,
+                   {.meaning = "\"auto\", of rule \"auto\" for a start that does nothing: sizes "
+                               "from a hundredth to a hundred are tried in the first generation"});
+    return true;
+  }
+
   void check_work(const Policy& policy, const char* key, const char* rule) {
     if (start_work(policy) <= kStartWorkMax) return;
     source_.refuse(

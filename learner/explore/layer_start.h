@@ -22,6 +22,10 @@ struct LayerStart {
   /// What multiplies the deviations of the initial noise for a start that is far from good: for
   /// rules that try. 1 where nothing is known of it, and in a layer that follows another.
   double bolder = 1;
+  /// Noises that go with some sizes of the output, where the policy does nothing and nobody has
+  /// told the size: for rules that try, with `bolder`. The first is `distribution`'s. Empty where
+  /// the size is known.
+  std::vector<Eigen::MatrixXd> of_scales = {};
 };
 
 /// The policy as it stands with the initial noise and no experience.
