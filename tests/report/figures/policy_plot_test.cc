@@ -200,10 +200,10 @@ TEST(SlicePlotTest, ANetworkIsCutOverTheRangeOfEachInput) {
   const LearntPolicy policy{.condition = "closed",
                             .start = std::make_shared<NetworkPolicy>(std::move(network))};
   const Plot plot = slice_plots("mine", {policy}).front();
-  EXPECT_THAT(plot.data, HasSubstr("slice\n-1 -0.7615942\n"));
-  EXPECT_THAT(plot.data, HasSubstr("\n3 0.7615942\n"));
-  EXPECT_THAT(plot.data, HasSubstr("slice\n10 0.7615942\n"));
-  EXPECT_THAT(plot.data, HasSubstr("\n30 -0.7615942\n"));
+  EXPECT_THAT(plot.data, HasSubstr("slice\n-1 -0.76159415"));
+  EXPECT_THAT(plot.data, HasSubstr("\n3 0.76159415"));
+  EXPECT_THAT(plot.data, HasSubstr("slice\n10 0.76159415"));
+  EXPECT_THAT(plot.data, HasSubstr("\n30 -0.76159415"));
   EXPECT_THAT(plot.commands, HasSubstr("set xrange [-1:3]"));
   EXPECT_THAT(plot.commands, HasSubstr("set xrange [10:30]"));
   EXPECT_THAT(plot.caption, HasSubstr("in the middle of where the start acts"));
