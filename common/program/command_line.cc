@@ -9,6 +9,8 @@
 #include <sstream>
 #include <type_traits>
 
+#include "common/program/completion.h"
+
 namespace treeroll {
 
 Option Option::required() const {
@@ -116,7 +118,8 @@ Manual CommandLine::manual() const {
                        .value = {},
                        .words = {},
                        .otherwise = option->get_default_str(),
-                       .text = option->get_description()};
+                       .text = option->get_description(),
+                       .repeats = option->get_items_expected_max() > 1};
     // "-h,--help": the long one.
     shown.name = shown.name.substr(shown.name.rfind(',') + 1);
     if (option->get_items_expected_max() > 0) {
@@ -133,17 +136,25 @@ Manual CommandLine::manual() const {
   return manual;
 }
 
-CommandLine::Reading CommandLine::print_manual(bool as_man_page) const {
-  fmt::print("{}", as_man_page ? man_page(manual()) : bash_completion(manual()));
-  return Reading::kAnswered;
+bool CommandLine::print_manual(bool as_man_page, const std::string& shell) const {
+  const auto completion = completions().find(shell);
+  if (as_man_page) {
+    fmt::print("{}", man_page(manual()));
+  } else if (completion != completions().end()) {
+    fmt::print("{}", completion->second(manual()));
+  } else {
+    return false;
+  }
+  return true;
 }
 
 CommandLine::Reading CommandLine::read(int argc, char** argv) {
   bool man = false;
-  bool completion = false;
-  const CLI::Option* help_man = app_->add_flag("--help-man", man, "")->group("");
-  const CLI::Option* help_completion =
-      app_->add_flag("--help-completion", completion, "")->group("");
+  std::string shell;
+  std::vector<std::string> shells;
+  for (const auto& [name, completion] : completions()) shells.push_back(name);
+  app_->add_flag("--help-man", man, "")->group("");
+  app_->add_option("--help-completion", shell, "")->group("")->check(CLI::IsMember(shells));
   std::string below;
   for (const UsageExample& example : examples_) {
     below += fmt::format("{}  {}\n      {}\n", below.empty() ? "Examples:\n" : "", example.command,
@@ -159,11 +170,10 @@ CommandLine::Reading CommandLine::read(int argc, char** argv) {
     }
   } catch (const CLI::ParseError& error) {
     // Asked for beside nothing else: what the program requires is not needed for it.
-    if (*help_man || *help_completion) return print_manual(man);
+    if (print_manual(man, shell)) return Reading::kAnswered;
     return app_->exit(error) == 0 ? Reading::kAnswered : Reading::kWrong;
   }
-  if (*help_man || *help_completion) return print_manual(man);
-  return Reading::kComplete;
+  return print_manual(man, shell) ? Reading::kAnswered : Reading::kComplete;
 }
 
 }  // namespace treeroll

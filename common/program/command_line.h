@@ -67,13 +67,15 @@ class CommandLine {
   enum class Reading { kComplete, kAnswered, kWrong };
 
   /// Reads the line into the values. kAnswered: --help, --version or one of two hidden options has
-  /// been printed: --help-man and --help-completion (manual.h), for whoever packs the program.
+  /// been printed: --help-man (manual.h) and --help-completion SHELL (completion.h), for whoever
+  /// packs the program.
   /// kWrong: what is wrong has been printed on standard error.
   Reading read(int argc, char** argv);
 
  private:
   Manual manual() const;
-  Reading print_manual(bool as_man_page) const;
+  /// Whether one of them was asked for, and has been printed.
+  bool print_manual(bool as_man_page, const std::string& shell) const;
 
   struct Choice {
     std::string what;

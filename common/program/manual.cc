@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-
 namespace treeroll {
 namespace {
 
@@ -25,12 +23,10 @@ std::string plain(const std::string& text) {
   return result;
 }
 
-bool is_named(const ManualOption& option) { return option.name.starts_with("--"); }
-
 std::string synopsis(const Manual& manual) {
   std::string text = fmt::format("\\fB{}\\fR [\\fIOPTIONS\\fR]", plain(manual.program));
   for (const ManualOption& option : manual.options) {
-    if (!is_named(option)) text += fmt::format(" [\\fI{}\\fR]", plain(option.name));
+    if (!option.is_named()) text += fmt::format(" [\\fI{}\\fR]", plain(option.name));
   }
   return text;
 }
@@ -45,7 +41,7 @@ std::string man_page(const Manual& manual) {
       synopsis(manual));
   for (const ManualOption& option : manual.options) {
     page += fmt::format(".TP\n\\fB{}\\fR", plain(option.name));
-    if (is_named(option) && !option.value.empty()) {
+    if (option.is_named() && !option.value.empty()) {
       page += fmt::format(" \\fI{}\\fR", plain(option.value));
     }
     page += "\n" + plain(option.text);
@@ -61,36 +57,6 @@ std::string man_page(const Manual& manual) {
   }
   if (!manual.notes.empty()) page += ".SH NOTES\n" + plain(manual.notes) + "\n";
   return page;
-}
-
-std::string bash_completion(const Manual& manual) {
-  std::string function = "_" + manual.program;
-  std::replace(function.begin(), function.end(), '-', '_');
-  std::vector<std::string> names;
-  std::string cases;
-  std::vector<std::string> valued;
-  for (const ManualOption& option : manual.options) {
-    if (!is_named(option)) continue;
-    names.push_back(option.name);
-    if (!option.words.empty()) {
-      cases += fmt::format("    {}) COMPREPLY=($(compgen -W \"{}\" -- \"$cur\")); return ;;\n",
-                           option.name, fmt::join(option.words, " "));
-    } else if (!option.value.empty()) {
-      valued.push_back(option.name);
-    }
-  }
-  if (!valued.empty()) {
-    cases += fmt::format("    {}) COMPREPLY=($(compgen -f -- \"$cur\")); return ;;\n",
-                         fmt::join(valued, "|"));
-  }
-  return fmt::format(
-      "# bash completion of {}\n{}() {{\n"
-      "  local cur=${{COMP_WORDS[COMP_CWORD]}} prev=${{COMP_WORDS[COMP_CWORD-1]}}\n"
-      "  case $prev in\n{}  esac\n"
-      "  if [[ $cur == -* ]]; then\n    COMPREPLY=($(compgen -W \"{}\" -- \"$cur\"))\n"
-      "  else\n    COMPREPLY=($(compgen -f -- \"$cur\"))\n  fi\n}}\n"
-      "complete -o filenames -F {} {}\n",
-      manual.program, function, cases, fmt::join(names, " "), function, manual.program);
 }
 
 }  // namespace treeroll

@@ -12,6 +12,9 @@ struct ManualOption {
   std::vector<std::string> words;  ///< that the value may be; empty: any
   std::string otherwise;           ///< default; may be empty
   std::string text;
+  bool repeats = false;  ///< may be given several times
+
+  bool is_named() const { return name.starts_with("--"); }
 };
 
 /// One use of a program.
@@ -32,8 +35,5 @@ struct Manual {
 
 /// For man(1): section 1, in the macros of man(7).
 std::string man_page(const Manual& manual);
-
-/// For bash: completes options, their words, and names of files.
-std::string bash_completion(const Manual& manual);
 
 }  // namespace treeroll

@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <map>
 #include <stdexcept>
+#include <string>
 
 #include "common/base/config_error.h"
 #include "common/base/cut_text.h"
@@ -34,11 +37,18 @@ std::int64_t wall_time_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
 }
 
+/// Whether roll-outs of a task move something that a person may have to watch.
+bool has_trials_of_things(const std::map<std::string, TaskDescription>& tasks) {
+  return std::ranges::any_of(tasks, [](const auto& task) { return !task.second.repeatable; });
+}
+
 }  // namespace
 
 LearnerDaemon::LearnerDaemon(const LoadedStudy& loaded, learner::LearnerSettings settings,
                              const LearnerOptions& options, const fs::path& directory)
-    : settings_(std::move(settings)), options_(options) {
+    : settings_(std::move(settings)),
+      options_(options),
+      progress_(options.local_workers > 0 && has_trials_of_things(settings_.known_tasks)) {
   transport::BusOptions bus;
   bus.url = options.lcm_url;
   bus.channels = {Channel::kRewardBatch, Channel::kWorkerStatus, Channel::kDefinitionRequest,

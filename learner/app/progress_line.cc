@@ -70,7 +70,9 @@ std::string how_far(const protocol::LearnerStatus& status) {
       status.num_workers, status.num_evaluators);
 }
 
-ProgressLine::ProgressLine() : in_place_(has_status_line()) {}
+ProgressLine::ProgressLine(bool operator_is_here)
+    : in_place_(has_status_line() && !operator_is_here),
+      is_quiet_(has_status_line() && operator_is_here) {}
 
 ProgressLine::~ProgressLine() {
   if (in_place_) show_status_line("");
@@ -89,7 +91,7 @@ void ProgressLine::show(const protocol::LearnerStatus& status, TimePoint now) {
   const std::int64_t num_done = status.num_applied + status.num_evaluated;
   const std::int64_t num_in_all = status.num_rollouts + status.num_evaluations;
   pace_.note(now, num_done, status.num_evaluators);
-  if (now - *last_shown_ < period(in_place_, status.elapsed_s)) return;
+  if (is_quiet_ || now - *last_shown_ < period(in_place_, status.elapsed_s)) return;
   last_shown_ = now;
   const std::string failed = failures(status);
   if (num_done == 0 && failed.empty()) return;  // the warning above says why

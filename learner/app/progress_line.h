@@ -18,7 +18,9 @@ std::string how_far(const protocol::LearnerStatus& status);
 /// terminal how far it is stands in one line with a bar, which is there as long as this.
 class ProgressLine {
  public:
-  ProgressLine();
+  /// @param operator_is_here  a person may be asked at this terminal: how far the study is would be
+  ///                          written over the question, and is left out there
+  explicit ProgressLine(bool operator_is_here);
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
@@ -31,6 +33,7 @@ class ProgressLine {
   std::string pace(std::int64_t num_left) const;
 
   const bool in_place_;
+  const bool is_quiet_;
   std::optional<TimePoint> last_shown_;
   std::optional<TimePoint> last_warned_;
   learner::Pace pace_;

@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <regex>
-#include <set>
 #include <sstream>
 
 #include "tests/end_to_end/service.h"
@@ -17,7 +15,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::IsSupersetOf;
 using ::testing::Not;
 
 TEST(HelpKeysTest, ThePageIsWhatTheProgramsPrint) {
@@ -59,60 +56,6 @@ std::string state_of(const Service& service) {
     if (fs::exists(entry.path() / "journal.lcmlog")) return entry.path().string();
   }
   return "";
-}
-
-/// The long options that a text names.
-std::set<std::string> options_in(std::string text) {
-  // As roff has them.
-  for (auto at = text.find("\\-"); at != std::string::npos; at = text.find("\\-", at)) {
-    text.erase(at, 1);
-  }
-  std::set<std::string> options;
-  const std::regex option("--[a-z][a-z-]+");
-  for (std::sregex_iterator i(text.begin(), text.end(), option), end; i != end; ++i) {
-    options.insert(i->str());
-  }
-  return options;
-}
-
-TEST(ManualTest, PageAndCompletionHaveEveryOptionOfTheHelp) {
-  const Service service;
-  for (const char* program :
-       {"treeroll-evaluate", "treeroll-learner", "treeroll-replay", "treeroll-worker"}) {
-    SCOPED_TRACE(program);
-    const Said help = service.run(program, {"--help"});
-    EXPECT_THAT(help.output, HasSubstr("Examples:\n  " + std::string(program)));
-    const std::set<std::string> options = options_in(help.output);
-    EXPECT_GE(options.size(), 5U);
-    const Said page = service.run(program, {"--help-man"});
-    EXPECT_EQ(page.status, 0) << page.errors;
-    EXPECT_THAT(page.output, AllOf(HasSubstr(".SH OPTIONS\n.TP\n"), HasSubstr(".SH EXAMPLES\n")));
-    EXPECT_EQ(options_in(page.output), options);
-    const Said completion = service.run(program, {"--help-completion"});
-    EXPECT_EQ(completion.status, 0) << completion.errors;
-    std::istringstream lines(page.output);
-    for (std::string line; std::getline(lines, line);) {
-      if (!line.starts_with("\\fB\\-\\-")) continue;
-      EXPECT_THAT(options_in(completion.output), IsSupersetOf(options_in(line)));
-    }
-  }
-}
-
-TEST(ManualTest, BashCompletesOptionsAndTheirWords) {
-  const Service service;
-  write_file(in(service, "completion"),
-             service.run("treeroll-learner", {"--help-completion"}).output);
-  const auto completed = [&](const std::string& words) {
-    Daemon bash("/bin/bash",
-                {"-c", "source " + in(service, "completion") + "; COMP_WORDS=(" + words +
-                           "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _treeroll_learner; "
-                           "echo \"${COMPREPLY[*]}\""},
-                service.directory());
-    EXPECT_EQ(bash.wait(std::chrono::seconds(20)), 0) << bash.standard_error();
-    return bash.standard_output();
-  };
-  EXPECT_EQ(completed("treeroll-learner --sta"), "--state-dir\n");
-  EXPECT_EQ(completed("treeroll-learner study.toml --log j"), "json\n");
 }
 
 TEST(NewStudyTest, OfTheSwingUpLearnsAsItIsWritten) {

@@ -236,7 +236,7 @@ class OperatorTest(ProgramTest):
         self.assertIn("start    not tried", said.stdout)
         self.assertEqual(self.moved(), [])
 
-    def test_a_learner_at_a_terminal_asks_its_operator(self):
+    def learner_at_a_terminal(self, errors):
         """The worker is a background job there, which a terminal would stop."""
         (self.folder / "study.toml").write_text(STUDY)
 
@@ -247,7 +247,7 @@ class OperatorTest(ProgramTest):
         learner = subprocess.Popen(
             ["treeroll-learner", "study.toml", "--local-workers", "2", "--lcm-url", lcm_url(3),
              "--evaluator", f"{PYTHON} reach.py"], cwd=self.folder, text=True, preexec_fn=take_terminal,
-            stdin=self.slave, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            env={**os.environ, "TERM": "xterm"}, stdin=self.slave, stdout=subprocess.PIPE, stderr=errors)
 
         def end():
             if learner.poll() is None:
@@ -255,6 +255,24 @@ class OperatorTest(ProgramTest):
             learner.communicate()
 
         self.addCleanup(end)
+        return learner
+
+    def test_a_question_stays_on_the_terminal_until_it_is_answered(self):
+        """The learner's bar would be drawn over it."""
+        self.learner_at_a_terminal(self.slave)
+        for _ in range(2):  # nothing is shown before the first one has been accepted
+            self.until("Enter begins, r rejects, p pauses > ")
+            self.type("\n")
+            self.until("a accepts, r tries again, p pauses > ")
+            self.type("a\n")
+        self.until("Enter begins, r rejects, p pauses > ")
+        time.sleep(3)
+        if select.select([self.master], [], [], 0)[0]:
+            self.shown += os.read(self.master, 4096).decode()
+        self.assertEqual(self.shown, "")
+
+    def test_a_learner_at_a_terminal_asks_its_operator(self):
+        learner = self.learner_at_a_terminal(subprocess.PIPE)
         rejected = False
         for _ in range(6):  # the start, four roll-outs, the final policy
             self.until("Enter begins, r rejects, p pauses > ")

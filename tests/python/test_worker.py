@@ -2,7 +2,6 @@
 
 import importlib.util
 import json
-import shutil
 
 from support import EXAMPLE, PYTHON, SOURCE, ProgramTest, lcm_url
 
@@ -87,29 +86,3 @@ policy.model = "flat"
             coarse = reward(policy, dart, "--evaluator", program, "--set", "task.step_s=0.001")
             self.assertLess(abs(fine - exact), 0.02)
             self.assertLess(abs(coarse - exact), 0.1)
-
-
-class TutorialTest(ProgramTest):
-    """Each command of the page, in a copy of its folder."""
-
-    def test_each_command_does_what_the_page_says(self):
-        folder = self.folder / "copy"
-        shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("__pycache__"))
-        page = (EXAMPLE / "README.md").read_text()
-        commands = [line[2:] for line in page.splitlines() if line.startswith("$ ")]
-        self.assertGreaterEqual(len(commands), 6)
-        said = {}
-        for command in commands:
-            command = command.replace("python3", PYTHON)
-            if command.startswith("treeroll-learner"):
-                command += f" --lcm-url '{lcm_url(3)}'"
-            said[command.split()[0]] = self.run_program("/bin/sh", "-c", command, folder=folder)
-        rows = self.rows(folder / "runs/pendulum/runs.csv")
-        self.assertEqual(len(rows), 2)
-        for row in rows:
-            self.assertGreater(float(row["best_reward"]), 0.95)
-        self.assertIn("term    least_cost", said["treeroll-evaluate"].stdout)
-        header = (folder / "trace.csv").read_text().splitlines()[0]
-        self.assertEqual(header, "time_s,angle_rad,cart_m,cart_acceleration_mps2,cost")
-        self.assertTrue((folder / "runs/report/report.html").stat().st_size > 10_000)
-        self.assertIn("at 0.5 s: ", said[PYTHON].stdout)

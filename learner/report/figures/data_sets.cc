@@ -95,6 +95,13 @@ int add_curve(const std::string& what, const std::vector<double>& across,
   return data.end();
 }
 
+std::string axis_range(const Range& drawn) {
+  // Sums of equal numbers differ in their last bits.
+  const double size = std::max(std::abs(drawn.low), std::abs(drawn.high));
+  if (!(drawn.high - drawn.low <= 1e-9 * size)) return "[*:*]";
+  return fmt::format("[{:.6g}:{:.6g}]", drawn.low - 1, drawn.high + 1);
+}
+
 std::string equal_axes(const Box& box) {
   constexpr double kMargin = .04;
   constexpr double kLeastSpan = 1e-9;

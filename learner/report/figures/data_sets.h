@@ -30,8 +30,9 @@ class DataSets {
   /// @return the index of the set that ends here
   int end();
   std::string take() { return std::move(text_); }
-  /// Of all points that are finite.
+  /// Of all points that are finite, since the last call of begin_box().
   const Box& box() const { return box_; }
+  void begin_box() { box_ = {}; }
 
  private:
   std::string text_;
@@ -71,6 +72,10 @@ int add_curve(const std::string& what, const std::vector<double>& across,
 /// The same of several layers, as one data set; over the input the curves are coarser.
 std::string curves(const std::vector<PolicySketch::Layer>& layers, Plane plane, Range inputs,
                    const std::string& style, DataSets& data);
+
+/// The range of an axis for gnuplot: chosen by it, but for a line that stays where it is, of which
+/// gnuplot would warn.
+std::string axis_range(const Range& drawn);
 
 /// Ranges and marks of axes of one scale, for panels that show one variable over another of the
 /// same kind: `set xrange ..`, as a line.

@@ -52,6 +52,7 @@ std::string commands(const Panel& panel, DataSets& data) {
   const PolicySketch sketch = start.policy->sketch();
   const auto layer = static_cast<std::size_t>(panel.layer - 1);
   const Range inputs = sketch.inputs.front();
+  data.begin_box();
   std::string lines = start.demonstration ? add_samples(*start.demonstration, plane, data) : "";
   lines += ellipses(sketch.layers[layer], plane, "lt 2 lw 1", data);
   lines += curve(sketch.layers[layer], plane, inputs, "lt 1", data);
@@ -60,10 +61,10 @@ std::string commands(const Panel& panel, DataSets& data) {
     heading += fmt::format(".\"\\n\".'log-likelihood {:.4f}'", start.log_likelihoods[layer]);
   }
   return fmt::format(
-      "  set title {}\n{}  unset key\n  set xrange [{}:{}]; set yrange [*:*]\n"
+      "  set title {}\n{}  unset key\n  set xrange [{}:{}]; set yrange {}\n"
       "  plot {}\n",
       heading, axis_labels(axis(start, 0), axis(start, panel.output)), inputs.low, inputs.high,
-      lines);
+      axis_range(data.box().up), lines);
 }
 
 }  // namespace

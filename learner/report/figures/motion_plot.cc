@@ -17,7 +17,8 @@ constexpr std::size_t kGhosts = 3;
 constexpr std::size_t kConditionsPerPage = 4;
 constexpr int kWidthPx = 1320;
 constexpr int kSidePx = 15;
-constexpr int kTextPx = 55;  ///< above and below a strip
+constexpr int kTextPx = 55;   ///< above and below a strip
+constexpr int kTimesPx = 28;  ///< of these below, so that the times are not cut off
 constexpr int kStripPxMin = 60;
 constexpr int kStripPxMax = 400;
 
@@ -235,8 +236,8 @@ Plot motion_page(const std::vector<const LearntPolicy*>& policies) {
       plot.commands += fmt::format(
           "  set lmargin at screen {:.6f}; set rmargin at screen {:.6f}\n"
           "  set bmargin at screen {:.6f}; set tmargin at screen {:.6f}\n",
-          side, 1 - side, (bottom_px + .4 * kTextPx) / plot.height_px,
-          (top_px - .6 * kTextPx) / plot.height_px);
+          side, 1 - side, (bottom_px + kTimesPx) / plot.height_px,
+          (top_px - (kTextPx - kTimesPx)) / plot.height_px);
       plot.commands += strip_commands(strip, scene.layout, data);
       top_px = bottom_px;
     }

@@ -51,6 +51,19 @@ TEST(LayerPlotTest, EachLayerHasAPanelWithItsGaussiansAndItsFit) {
   EXPECT_THAT(plots[0].data, HasSubstr("\n3 3\n"));
 }
 
+TEST(LayerPlotTest, AStartThatGivesOneNumberHasARangeAroundIt) {
+  const auto ladder = std::make_shared<SplineLadder>(BSpline(1, 2, 0, 1), 1);
+  const auto starting_with = [&](double first, double last) {
+    const auto line = std::make_shared<LinearPolicy>(std::make_shared<SplineForm>(ladder, nullptr),
+                                                     Eigen::RowVector2d(first, last), 1);
+    return StartModel{.conditions = {"spline"}, .policy = line, .demonstration = nullptr};
+  };
+  // The second panel of a page is not drawn by what the first one holds.
+  const Plot plot = layer_plots("mine", {starting_with(0, 5), starting_with(3, 3)}).front();
+  EXPECT_THAT(plot.commands, HasSubstr("set yrange [*:*]"));
+  EXPECT_THAT(plot.commands, HasSubstr("set yrange [2:4]"));
+}
+
 TEST(LayerPlotTest, WhatAKindDoesNotHaveIsNotNamed) {
   const auto ladder = std::make_shared<SplineLadder>(BSpline(1, 2, 0, 1), 1);
   const auto line = std::make_shared<LinearPolicy>(std::make_shared<SplineForm>(ladder, nullptr),

@@ -67,6 +67,16 @@ TEST(MotionPlotTest, StartAndBestHaveAStripEachOnOneScale) {
   EXPECT_NE(plot.commands.find("set yrange [-0.15:3.15]", first + 1), std::string::npos);
 }
 
+TEST(MotionPlotTest, TheTimesBelowTheLastStripAreOnThePage) {
+  LearntPolicy learnt = policy("flat");
+  learnt.best_rollout = moving(5, .9);
+  const Plot plot = motion_plots("mine", {learnt}).front();
+  const std::string word = "set bmargin at screen ";
+  const double bottom = std::stod(plot.commands.substr(plot.commands.rfind(word) + word.size()));
+  // gnuplot 5.4 puts their base line 24 px below the strip; 3 px are below the line.
+  EXPECT_GE(bottom * plot.height_px, 27);
+}
+
 TEST(MotionPlotTest, AFailedRolloutSaysHowItEnded) {
   LearntPolicy learnt = policy("flat");
   learnt.start_rollout->status = "diverged";
