@@ -15,8 +15,8 @@ namespace {
 
 using nlohmann::json;
 
-/// policy > layers > layer > component > mean; parse depth counts from 0.
-constexpr int kNestingMax = 5;
+/// policy > attractor > layers > layer > component > mean; parse depth counts from 0.
+constexpr int kNestingMax = 6;
 /// What a text may hold; a policy is a small thing.
 constexpr std::size_t kTextBytesMax = std::size_t{1} << 20;
 

@@ -1,6 +1,7 @@
 #include "learner/core/run.h"
 
 #include <stdexcept>
+#include <utility>
 
 #include "common/base/check.h"
 #include "common/numbers/random_stream.h"
@@ -8,8 +9,14 @@
 namespace treeroll::learner {
 namespace {
 
-explore::Exploration start(const Study& study, const Condition& condition, int repetition) {
-  return explore::Exploration(condition.exploration, *condition.start, study.seed,
+explore::LayerStart first_start(const Study& study, int run) {
+  const Condition& condition = study.conditions[run / study.repetitions];
+  return explore::first_start(condition.exploration, *condition.start);
+}
+
+explore::Exploration start(const Study& study, const Condition& condition, int repetition,
+                           explore::LayerStart first) {
+  return explore::Exploration(condition.exploration, *condition.start, std::move(first), study.seed,
                               static_cast<std::uint32_t>(repetition));
 }
 
@@ -32,12 +39,14 @@ std::int64_t task_seed(const Study& study, int repetition, int number, int trial
   return static_cast<std::int64_t>(stream.next_bits());
 }
 
-Run::Run(const Study& study, int run)
+Run::Run(const Study& study, int run) : Run(study, run, first_start(study, run)) {}
+
+Run::Run(const Study& study, int run, explore::LayerStart first)
     : study_(&study),
       index_(run),
       condition_(run / study.repetitions),
       repetition_(run % study.repetitions),
-      exploration_(start(study, study.conditions[condition_], repetition_)),
+      exploration_(start(study, study.conditions[condition_], repetition_, std::move(first))),
       start_{kStart, exploration_.layer(), exploration_.mean()} {
   // All at once, so that a learner's memory does not grow later.
   records_.reserve(study.conditions[condition_].exploration.num_rollouts);

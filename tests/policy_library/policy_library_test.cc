@@ -90,6 +90,9 @@ TEST(PolicyLibraryTest, KnowsEveryKind) {
       R"("kind": "rbf", "range": [0, 2], "layer": 1, "coefficients": [[1, 2, -3], [4, 0, 1]])",
       R"("kind": "dmp", "range": [0, 2], "layer": 1, "starts": [1.5],
          "coefficients": [[1, 2, -3, 0.5]])",
+      R"("kind": "ds_gmr", "range": [0, 2], "stiffness": 100, "attractor": {"frames": "cholesky",
+         "input_dim": 1, "layer": 1, "layout": "means", "layers": [[{"parent": -1, "prior": 1,
+         "mean": [1, 2], "covariance": [0.5, 0.3, 1]}]]})",
       R"("kind": "network", "ranges": [[-1, 1], [0, 3]], "outer": [[1, 2, 0.5]],
          "inner": [[1, -1, 0.3], [0.2, 2, -1]])"};
   test::RandomMixture random(99);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "common/numbers/elementary.h"
 #include "tests/tasks/rollouts.h"
@@ -40,6 +41,59 @@ TEST(TraceTest, TheLeastCostOfASwingUpsTraceGivesItsRewardToTheBit) {
     EXPECT_EQ(at(0, 1), -M_PI);
     EXPECT_NEAR(at(num_rows - 1, 0), 2.5, 1e-9);
   }
+}
+
+/// Whoever asks for terms alone gets the same ones, and no rows.
+TEST(TraceTest, TheTermsOfASwingUpAddUpToItsLeastCost) {
+  for (const char* settings :
+       {R"({"plant": "rk4", "step_s": 0.005})", R"({"plant": "dopri5", "output_step_s": 0.01})"}) {
+    const auto task = standard_task("swing_up", settings);
+    Trace whole;
+    Trace terms(Trace::Kept::kTerms);
+    const double reward = evaluate_traced(*task, line(3, -2), 0, whole).reward();
+    EXPECT_EQ(evaluate_traced(*task, line(3, -2), 0, terms).reward(), reward);
+    EXPECT_EQ(terms.terms(), whole.terms());
+    EXPECT_TRUE(terms.numbers().empty() && terms.poses().empty());
+    EXPECT_FALSE(whole.numbers().empty());
+    const double cost = terms.terms().at("least_cost");
+    EXPECT_EQ(elementary::exp(-.25 * cost), reward);
+    EXPECT_EQ(terms.terms().at("least_cost_angles") + terms.terms().at("least_cost_cart") +
+                  terms.terms().at("least_cost_rates"),
+              cost);
+    // Where the trace has its least cost.
+    const double time_s = terms.terms().at("least_cost_time_s");
+    for (std::size_t row = 0; row < whole.numbers().size(); row += 9) {
+      if (whole.numbers()[row] == time_s) {
+        EXPECT_EQ(whole.numbers()[row + 8], cost);
+      }
+      EXPECT_GE(whole.numbers()[row + 8], cost);
+    }
+  }
+}
+
+TEST(TraceTest, TheTermsOfHoldingAddUpToItsMeanCost) {
+  const auto task = standard_task("hold", R"({"plant": "rk4", "step_s": 0.005})");
+  Trace trace(Trace::Kept::kTerms);
+  const Gmm nothing(6, {{1, Eigen::VectorXd::Zero(7), Eigen::MatrixXd::Identity(7, 7)}});
+  const double reward = evaluate_traced(*task, nothing, 0, trace).reward();
+  const double cost = trace.terms().at("mean_cost");
+  EXPECT_EQ(elementary::exp(-10 * cost), reward);
+  EXPECT_NEAR(trace.terms().at("mean_cost_angles") + trace.terms().at("mean_cost_cart") +
+                  trace.terms().at("mean_cost_rates"),
+              cost, 1e-12 * cost);
+}
+
+TEST(TraceTest, TermsHaveNamesAndAreBounded) {
+  Trace trace;
+  trace.set_term("effort", 1);
+  trace.set_term("effort", 2);
+  EXPECT_EQ(trace.terms().at("effort"), 2);
+  EXPECT_THROW(trace.set_term("", 1), std::invalid_argument);
+  EXPECT_THROW(trace.set_term(std::string(65, 'x'), 1), std::invalid_argument);
+  for (int i = 1; i < 64; ++i) trace.set_term(std::to_string(i), i);
+  EXPECT_THROW(trace.set_term("one more", 1), std::invalid_argument);
+  trace.set_term("63", 0);
+  EXPECT_EQ(trace.terms().size(), 64U);
 }
 
 TEST(TraceTest, ADivergedSwingUpIsTracedAsFarAsItWent) {

@@ -117,6 +117,9 @@ Outcome HoldTask::roll_out(Controller& controller, std::uint64_t seed, Trace* tr
       seed, start_, [&](sim::CartPendulumPlant& plant, const sim::CartPendulumState& start) {
         controller.start();
         TimeMean cost;
+        TimeMean angles;
+        TimeMean cart;
+        TimeMean rates;
         Holding holding(holding_.value_or(HoldingRule{}));
         const auto end = plant.simulate(
             start, duration_s_, feedback,
@@ -126,6 +129,10 @@ Outcome HoldTask::roll_out(Controller& controller, std::uint64_t seed, Trace* tr
               cost.see(time_s, now);
               holding.see(time_s, x);
               if (trace == nullptr) return true;
+              const SwingUpCost terms = swing_up_terms(x);
+              angles.see(time_s, terms.angles);
+              cart.see(time_s, terms.cart);
+              rates.see(time_s, terms.rates);
               std::vector<double> row = {time_s,      x.phi1,      x.phi2,   x.y,
                                          x.phi1_rate, x.phi2_rate, x.y_rate, cart_acceleration_mps2,
                                          now};
@@ -135,6 +142,12 @@ Outcome HoldTask::roll_out(Controller& controller, std::uint64_t seed, Trace* tr
               trace->add_row(row);
               return true;
             });
+        if (trace != nullptr) {
+          trace->set_term("mean_cost", cost.mean());
+          trace->set_term("mean_cost_angles", angles.mean());
+          trace->set_term("mean_cost_cart", cart.mean());
+          trace->set_term("mean_cost_rates", rates.mean());
+        }
         if (!end) return Outcome::failed(RolloutStatus::kDiverged, end.error().message);
         return Outcome::ok(elementary::exp(-alpha_ * cost.mean()));
       });
