@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/signal_names.h"
 #include "common/policy/controller.h"
 
 namespace treeroll {
@@ -37,6 +38,10 @@ struct PolicyEffect {
   Eigen::VectorXd least;
 };
 
+/// Steps that change the output alike, as Policy::steps_of_equal_effect() has them; an element
+/// counts as moving the output by a thousandth of the most that any does at least.
+Eigen::VectorXd equal_steps(const PolicyEffect& effect);
+
 /// What a picture can show of a policy.
 struct PolicySketch {
   /// Drawn as an ellipse over [input; output].
@@ -48,10 +53,13 @@ struct PolicySketch {
     std::vector<Gaussian> gaussians;         ///< empty where the kind has none
     std::unique_ptr<Controller> controller;  ///< what this layer alone would do
   };
+  /// Where there is something to see of an input.
+  struct Range {
+    double low = 0;
+    double high = 0;
+  };
   std::vector<Layer> layers;  ///< coarse to fine; roll-outs execute the last one
-  /// What there is to see lies over these inputs, for a policy of one input.
-  double input_low = 0;
-  double input_high = 1;
+  std::vector<Range> inputs;  ///< dI of them
   /// Equal for policies that differ at most in which of their numbers are explored.
   std::string look;
 };
@@ -114,5 +122,10 @@ inline constexpr std::string_view kDefaultPolicyKind = "tree";
 ///
 /// with what the kind has to say of itself. A text without "kind" is a tree's.
 std::string to_json(const Policy& policy);
+/// The same for people and robots, with what inputs and outputs are called, if anybody has named
+/// them: "signals": {"inputs": [...], "outputs": [...]}. Workers are sent none: policies are known
+/// by the hash of their text. Precondition: the names are those of its inputs and outputs
+/// (fault_of())
+std::string to_json(const Policy& policy, const SignalNames& signals);
 
 }  // namespace treeroll

@@ -15,8 +15,8 @@ namespace {
 
 using nlohmann::json;
 
-/// policy > layers > layer > component > mean; parse depth counts from 0.
-constexpr int kNestingMax = 5;
+/// policy > attractor > layers > layer > component > mean; parse depth counts from 0.
+constexpr int kNestingMax = 6;
 /// What a text may hold; a policy is a small thing.
 constexpr std::size_t kTextBytesMax = std::size_t{1} << 20;
 
@@ -28,6 +28,17 @@ json parse(std::string_view text) {
   Result<json> value = parse_json(text, kNestingMax);
   if (!value) throw PolicyTextError("the text", value.error().message);
   return std::move(*value);
+}
+
+SignalNames read_signals(const PolicyText& content, const Policy& policy) {
+  content.need_keys({"inputs", "outputs"});
+  SignalNames names{content.at("inputs").strings(kSignalsMax),
+                    content.at("outputs").strings(kSignalsMax)};
+  if (names.empty()) throw PolicyTextError("$.signals", "must name inputs and outputs");
+  if (const auto fault = fault_of(names, policy.input_dim(), policy.output_dim())) {
+    throw PolicyTextError("$.signals", "are wrong: " + *fault);
+  }
+  return names;
 }
 
 }  // namespace
@@ -49,6 +60,12 @@ void PolicyRegistry::add_choice(std::string name, StartReader start) {
 }
 
 Result<PolicyPtr> PolicyRegistry::from_json(std::string_view text) const {
+  Result<NamedPolicy> named = named_from_json(text);
+  if (!named) return named.error();
+  return std::move(named->policy);
+}
+
+Result<NamedPolicy> PolicyRegistry::named_from_json(std::string_view text) const {
   try {
     return read(text);
   } catch (const PolicyTextError& error) {
@@ -56,7 +73,7 @@ Result<PolicyPtr> PolicyRegistry::from_json(std::string_view text) const {
   }
 }
 
-PolicyPtr PolicyRegistry::read(std::string_view text) const {
+NamedPolicy PolicyRegistry::read(std::string_view text) const {
   json value = parse(text);
   // The version comes first: another version may have other keys.
   if (!value.is_object() || !value.contains("format") || value["format"] != kPolicyFormat) {
@@ -76,10 +93,16 @@ PolicyPtr PolicyRegistry::read(std::string_view text) const {
   }
   const bool has_bounds = value.contains("bounds");  // null is none, and refused
   const json bounds = has_bounds ? value["bounds"] : json();
-  for (const char* head : {"format", "version", "kind", "bounds"}) value.erase(head);
+  const bool has_signals = value.contains("signals");
+  const json signals = has_signals ? value["signals"] : json();
+  for (const char* head : {"format", "version", "kind", "bounds", "signals"}) value.erase(head);
   PolicyPtr policy = found->second.make(PolicyText(value, "$"));
-  if (!has_bounds) return policy;
-  return bounded(policy, bounds_from_content(PolicyText(bounds, "$.bounds"), *policy));
+  if (has_bounds) {
+    policy = bounded(policy, bounds_from_content(PolicyText(bounds, "$.bounds"), *policy));
+  }
+  NamedPolicy named{policy, {}};
+  if (has_signals) named.signals = read_signals(PolicyText(signals, "$.signals"), *policy);
+  return named;
 }
 
 StartPolicy PolicyRegistry::read_start(SettingsReader& policy, const StartSources& sources) const {

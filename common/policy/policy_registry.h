@@ -28,6 +28,12 @@ struct StartPolicy {
   std::string demonstration_text = {};
 };
 
+/// A policy, and what its text calls its inputs and outputs; empty: it names none.
+struct NamedPolicy {
+  PolicyPtr policy;
+  SignalNames signals;
+};
+
 /// Gives the text of a file that settings name. The caller's, for a core reads no disk.
 using FileReader = std::function<std::string(const std::string& file)>;
 
@@ -66,6 +72,8 @@ class PolicyRegistry {
 
   /// The policy of a text that to_json() wrote, to the bit. An Error names the place and the rule.
   Result<PolicyPtr> from_json(std::string_view text) const;
+  /// The same with the names that the text has for its inputs and outputs.
+  Result<NamedPolicy> named_from_json(std::string_view text) const;
   /// Reads the [policy] table of a study, its key "kind" included. As a StartReader.
   StartPolicy read_start(SettingsReader& policy, const StartSources& sources) const;
 
@@ -74,7 +82,7 @@ class PolicyRegistry {
     PolicyMaker make;  ///< empty: a choice, of which there are no texts
     StartReader start;
   };
-  PolicyPtr read(std::string_view text) const;
+  NamedPolicy read(std::string_view text) const;
   std::string known() const;  ///< kinds that a text may have
 
   std::map<std::string, Kind, std::less<>> kinds_;

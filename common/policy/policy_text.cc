@@ -75,6 +75,16 @@ int PolicyText::integer(int min, int max) const {
   return value_->get<int>();
 }
 
+std::vector<std::string> PolicyText::strings(std::size_t max) const {
+  std::vector<std::string> list(list_size(0, max));
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const json& element = value_->at(i);
+    if (!element.is_string()) at(i).refuse("must be a string");
+    list[i] = element.get<std::string>();
+  }
+  return list;
+}
+
 std::size_t PolicyText::word(const std::vector<const char*>& words) const {
   for (std::size_t i = 0; value_->is_string() && i < words.size(); ++i) {
     if (value_->get_ref<const std::string&>() == words[i]) return i;

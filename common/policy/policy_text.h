@@ -41,6 +41,8 @@ class PolicyText {
   std::size_t list_size(std::size_t min, std::size_t max) const;
   double number() const;
   int integer(int min, int max) const;
+  /// A list of at most so many strings.
+  std::vector<std::string> strings(std::size_t max) const;
   /// @return  the index of the word
   std::size_t word(const std::vector<const char*>& words) const;
   struct Count {

@@ -18,6 +18,14 @@ nlohmann::json to_json(const TaskDescription& description) {
   return object;
 }
 
+nlohmann::json to_json_with_signals(const TaskDescription& description) {
+  nlohmann::json object = to_json(description);
+  if (description.signals.empty()) return object;
+  object["inputs"] = description.signals.inputs;
+  object["outputs"] = description.signals.outputs;
+  return object;
+}
+
 Result<TaskDescription> task_description_from_json(std::string_view text) {
   constexpr int kNestingMax = 2;
   const Result<nlohmann::json> json = parse_json(text, kNestingMax);
@@ -37,6 +45,12 @@ Result<TaskDescription> task_description_from_json(std::string_view text) {
     description.version = reader.string("version", "");
     if (description.version.size() > kTaskVersionBytesMax) {
       reader.refuse("version", "must have at most 128 bytes");
+    }
+    if (reader.has("inputs")) description.signals.inputs = reader.strings("inputs", kSignalsMax);
+    if (reader.has("outputs")) description.signals.outputs = reader.strings("outputs", kSignalsMax);
+    if (const auto fault =
+            fault_of(description.signals, description.input_dim, description.output_dim)) {
+      throw ConfigError("description", "", *fault);
     }
     reader.finish();
     return description;

@@ -6,10 +6,11 @@
 #include <string_view>
 
 #include "common/base/result.h"
+#include "common/base/signal_names.h"
 
 namespace treeroll {
 
-inline constexpr int kTaskDimMax = 1024;           ///< inputs or outputs of a task
+inline constexpr int kTaskDimMax = kSignalsMax;    ///< inputs or outputs of a task
 inline constexpr double kTaskTimeLimitSMax = 1e6;  ///< what a clock in nanoseconds can count
 inline constexpr std::size_t kTaskVersionBytesMax = 128;
 
@@ -31,6 +32,8 @@ struct TaskDescription {
   /// Of the task's code, as its author counts: one that changes rewards gets another. Study and
   /// workers must agree on it. Empty: it states none.
   std::string version = {};
+  /// Of inputs and outputs, input_dim and output_dim of them; empty: it names none.
+  SignalNames signals = {};
 
   /// False for what is no number, too.
   bool is_in_range(double reward) const { return reward >= reward_min && reward <= reward_max; }
@@ -38,12 +41,15 @@ struct TaskDescription {
 };
 
 /// An object with the names of TaskDescription's members, `repeatable` only where it is false and
-/// `version` only if there is one: what --describe-task prints and a worker reports of a task it
-/// accepts.
+/// `version` only if there is one: what a worker reports of a task it accepts, and what studies and
+/// workers must agree on. Signals are not in it: names decide nothing.
 nlohmann::json to_json(const TaskDescription& description);
+/// The same with `inputs` and `outputs`, lists of names, if there are any: what --describe-task
+/// prints and a study keeps.
+nlohmann::json to_json_with_signals(const TaskDescription& description);
 
-/// Reads such an object from outside: all members present but `repeatable`, true by default, and
-/// `version`, of their type and within their bounds, and no others.
+/// Reads such an object from outside: all members present but `repeatable`, true by default,
+/// `version`, `inputs` and `outputs`, of their type and within their bounds, and no others.
 Result<TaskDescription> task_description_from_json(std::string_view text);
 
 }  // namespace treeroll

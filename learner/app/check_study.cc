@@ -167,6 +167,10 @@ void print_condition(const Condition& condition, const Forecast& one, const std:
              counted(task.input_dim, "input"), counted(task.output_dim, "output"), task.reward_min,
              task.reward_max, task.time_limit_s,
              task.deterministic ? "deterministic" : "not deterministic");
+  if (!task.signals.empty()) {
+    fmt::print("  signals  {} -> {}\n", fmt::join(task.signals.inputs, ", "),
+               fmt::join(task.signals.outputs, ", "));
+  }
   if (!one.started) {
     fmt::print("  start    not tried: no roll-out of this task is started without need\n");
     return;

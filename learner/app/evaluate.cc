@@ -69,13 +69,20 @@ std::size_t choose_condition(const Study& study, const std::string& name) {
   return 0;
 }
 
-void check_dims(const Policy& policy, const TaskDescription& task, const fs::path& file) {
-  if (policy.input_dim() == task.input_dim && policy.output_dim() == task.output_dim) return;
-  throw ConfigError(
-      "POLICY", file.string(),
-      fmt::format("has {} inputs and {} outputs, must have {} inputs and {} outputs "
-                  "for this task",
-                  policy.input_dim(), policy.output_dim(), task.input_dim, task.output_dim));
+void check_signals(const PolicyFile& file, const TaskDescription& task, const fs::path& path) {
+  const Policy& policy = *file.policy;
+  if (policy.input_dim() != task.input_dim || policy.output_dim() != task.output_dim) {
+    throw ConfigError(
+        "POLICY", path.string(),
+        fmt::format("has {} inputs and {} outputs, must have {} inputs and {} outputs "
+                    "for this task",
+                    policy.input_dim(), policy.output_dim(), task.input_dim, task.output_dim));
+  }
+  if (const auto other = difference(file.signals, "those of the task are", task.signals)) {
+    throw ConfigError(
+        "POLICY", path.string(),
+        fmt::format("its {}: must be a policy of this task, or name no signals", *other));
+  }
 }
 
 void write_trace(const fs::path& path, const RolloutTrace& trace) {
@@ -232,7 +239,7 @@ void evaluate_policy(const EvaluateOptions& options) {
       throw condition_error(loaded, chosen, error);
     }
   }();
-  check_dims(*file.policy, task, options.policy_file);
+  check_signals(file, task, options.policy_file);
   check_acts(*file.policy, options.policy_file);
   const std::string text = within_bounds(file, options.policy_file, *condition.start);
 

@@ -65,13 +65,14 @@ std::vector<Shown> policies_of(const Condition& condition, std::uint64_t seed, i
 /// As a task would ask, where the policy's bounds say how often that is.
 std::vector<double> inputs_of(const Policy& policy) {
   const PolicySketch sketch = policy.sketch();
-  const double length = sketch.input_high - sketch.input_low;
+  const auto [low, high] = sketch.inputs.front();
+  const double length = high - low;
   const double step = sample_time_s(policy);
   const int count =
       step > 0 ? static_cast<int>(std::min(length / step + 1, kInputsMax)) : kInputsShown;
   std::vector<double> inputs;
   for (int i = 0; i < count; ++i) {
-    inputs.push_back(sketch.input_low + (step > 0 ? i * step : length * i / (count - 1)));
+    inputs.push_back(low + (step > 0 ? i * step : length * i / (count - 1)));
   }
   return inputs;
 }

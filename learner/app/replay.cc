@@ -11,6 +11,7 @@
 #include "common/base/config_error.h"
 #include "common/files/whole_file.h"
 #include "common/program/standard_output.h"
+#include "learner/app/export_messages.h"
 #include "learner/app/export_rollouts.h"
 #include "learner/app/replay_page.h"
 #include "learner/app/replayed_policy.h"
@@ -252,6 +253,8 @@ bool replay(const ReplayOptions& options) {
   bool agreed = true;
   if (options.verify) {
     agreed = verify(files, options.refit);
+  } else if (options.export_format == "lcm") {
+    export_messages(files, options.output_file);
   } else if (!options.export_format.empty()) {
     export_rollouts(files, options.export_format == "jsonl", options.output_file);
   } else if (!options.rollout.empty()) {

@@ -13,7 +13,7 @@ struct ReplayOptions {
   std::filesystem::path path;  ///< a state directory, or a journal beside its study.toml
   bool verify = false;
   bool refit = false;                 ///< with verify: fit the start policies again
-  std::string export_format;          ///< "csv", "jsonl" or empty
+  std::string export_format;          ///< "csv", "jsonl", "lcm" or empty
   std::string rollout;                ///< RUN:ROLLOUT whose policy is asked for, or empty
   web::PageOptions page;              ///< where it is to be served, or nowhere
   std::string shown;                  ///< RUN:ROLLOUT that is to be shown, or empty
@@ -28,8 +28,8 @@ struct ReplayOptions {
 /// every perturbation and every update from the study and the rewards, checks each record and their
 /// chain, each study it was extended from, and compares the result files that lie beside it.
 /// The start policies are those that the study holds; refit: they are fitted again and compared.
-/// The others: export_rollouts.h, replayed_policy.h; results_dir: the result files, of what there
-/// is.
+/// The others: export_rollouts.h, export_messages.h, replayed_policy.h; results_dir: the result
+/// files, of what there is.
 /// @return  whether all is as it should be; what is not was said on standard error
 /// Throws StudyError and ConfigError for bad input, std::runtime_error for what cannot be read or
 /// written.

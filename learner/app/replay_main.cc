@@ -17,8 +17,10 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
       .needs(verify);
   const Option format =
       line.add("--export", options.export_format,
-               "Print a row a roll-out: reward, theta, mean and noise it was drawn from, worker")
-          .one_of({"csv", "jsonl"})
+               "csv, jsonl: print a row a roll-out: reward, theta, mean and noise it was drawn "
+               "from, "
+               "worker; lcm: a log of LCM messages, for lcm-logplayer and lcm-spy")
+          .one_of({"csv", "jsonl", "lcm"})
           .excludes(verify);
   const Option rollout =
       line.add("--policy", options.rollout,
@@ -91,7 +93,9 @@ int replay_main(int argc, char** argv) {
        .examples = {{"treeroll-replay treeroll-runs/swing_up", "what the journal holds"},
                     {"treeroll-replay treeroll-runs/swing_up --verify",
                      "make every draw and update again and compare"},
-                    {"treeroll-replay treeroll-runs/swing_up --http 8080", "its page"}},
+                    {"treeroll-replay treeroll-runs/swing_up --http 8080", "its page"},
+                    {"treeroll-replay treeroll-runs/swing_up --export lcm --output played.lcmlog",
+                     "as messages, for lcm-logplayer"}},
        .options = [&](CommandLine& line) { describe_replay(line, options); },
        .work = [&] { return work(options); }});
 }

@@ -34,7 +34,8 @@ std::optional<std::string> policy_of(const learner::LearnerCore& core, protocol:
   const learner::Run& run = core.runs()[static_cast<std::size_t>(key.run)];
   const Policy& policy = run.exploration().policy(run.layer_of(key.number));
   try {
-    return to_json(*policy.with(open->question.theta));
+    return to_json(*policy.with(open->question.theta),
+                   core.study().conditions[static_cast<std::size_t>(run.condition())].signals);
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(fmt::format("theta of run {} roll-out {} makes no policy: {}", key.run,
                                          key.number, error.what()));
@@ -84,7 +85,7 @@ void write_start_policy(const StateFiles& files, const std::string& condition,
   const StateStudy state = read_state_study(files);
   std::string names;
   for (const Condition& known : state.loaded.study.conditions) {
-    if (known.name == condition) return write(to_json(*known.start), output_file);
+    if (known.name == condition) return write(to_json(*known.start, known.signals), output_file);
     names += (names.empty() ? "" : ", ") + known.name;
   }
   throw ConfigError("--start", condition, "must be a condition of the study: " + names);

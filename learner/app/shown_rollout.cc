@@ -130,6 +130,7 @@ json made_again(const Condition& condition, const std::string& policy, std::int6
     return {{"reward", done.outcome.reward()},
             {"status", name(done.outcome.status())},
             {"reason", done.outcome.reason()},
+            {"terms", done.terms},
             {"trace", done.trace.columns.empty() ? json(nullptr) : trace_view(done.trace)}};
   } catch (const ConfigError& error) {
     return {{"failure", error.what()}};

@@ -52,8 +52,11 @@ LearnerCore::LearnerCore(Study study, LearnerSettings settings)
   }
   policy_ids_.resize(study_.num_runs());
   runs_.reserve(study_.num_runs());
-  for (int run = 0; run < study_.num_runs(); ++run) {
-    runs_.emplace_back(study_, run);
+  for (const Condition& condition : study_.conditions) {
+    const auto first = explore::first_start(condition.exploration, *condition.start);
+    for (int repetition = 0; repetition < study_.repetitions; ++repetition) {
+      runs_.emplace_back(study_, static_cast<int>(runs_.size()), first);
+    }
   }
 }
 

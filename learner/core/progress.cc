@@ -2,13 +2,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "common/base/cut_text.h"
 #include "common/base/shown_reward.h"
-#include "common/protocol/pieces.h"
 #include "learner/core/learner_core.h"
+#include "learner/core/run_messages.h"
 #include "learner/core/waiting.h"
 
 namespace treeroll::learner {
@@ -19,39 +18,6 @@ namespace {
 constexpr std::size_t kMessageBytes = 1024;
 /// Half of the buffer that Linux gives a socket.
 constexpr std::size_t kLastWordsBytes = 100 * 1024;
-
-/// @return bytes sent
-std::size_t send_in_pieces(const Turn& turn, protocol::BestPolicy best, const std::string& policy) {
-  const int num_pieces = protocol::num_pieces(policy.size());
-  best.policy_id = content_hash(policy);
-  best.policy_bytes = static_cast<std::int32_t>(policy.size());
-  for (best.index = 0; best.index < num_pieces; ++best.index) {
-    best.policy = protocol::piece_of(policy, best.index);
-    turn.effects.emplace_back(SendMessage{best});
-  }
-  return policy.size() + static_cast<std::size_t>(num_pieces) * kMessageBytes;
-}
-
-protocol::RunStatus run_status(const Run& run, const Condition& condition) {
-  const explore::Exploration& exploration = run.exploration();
-  protocol::RunStatus status;
-  status.run = run.index();
-  status.condition = condition.name;
-  status.repetition = run.repetition();
-  status.layer = exploration.layer();
-  status.num_rollouts = condition.exploration.num_rollouts;
-  status.num_applied = exploration.num_told();
-  status.num_failed = run.num_failed();
-  status.num_switches = static_cast<std::int32_t>(exploration.switches().size());
-  status.last_reward = run.last_reward();
-  status.mean_reward = exploration.mean_reward().value_or(0);
-  status.best_reward = exploration.best().rollout >= 0 ? exploration.best().reward : 0;
-  status.reward_slope = exploration.reward_slope().value_or(0);
-  status.noise_deviation =
-      std::sqrt(exploration.noise().trace() / static_cast<double>(exploration.noise().rows()));
-  status.done = run.done();
-  return status;
-}
 
 /// "run 3 (tree, repetition 3)".
 std::string named(const Run& run, const Study& study) {
@@ -111,9 +77,7 @@ void LearnerCore::say_if_start_is_not_beaten(const Turn& turn, const Run& run) c
 std::size_t LearnerCore::publish_run(const Turn& turn, int index, bool repeats) {
   changed_runs_.erase(index);
   const Run& run = runs_[index];
-  protocol::RunStatus status = run_status(run, study_.conditions[run.condition()]);
-  status.learner_id = learner_id_;
-  turn.effects.emplace_back(SendMessage{std::move(status)});
+  turn.effects.emplace_back(SendMessage{run_status(run, study_, learner_id_)});
   const explore::Exploration::Best& best = run.exploration().best();
   double& announced = announced_best_.try_emplace(index, -1).first->second;
   if (best.rollout < 0 || (best.reward <= announced && !repeats)) return kMessageBytes;
@@ -122,18 +86,12 @@ std::size_t LearnerCore::publish_run(const Turn& turn, int index, bool repeats) 
 }
 
 std::size_t LearnerCore::publish_best(const Turn& turn, int index) {
-  const Run& run = runs_[index];
-  const explore::Exploration::Best& best = run.exploration().best();
-  return send_in_pieces(turn,
-                        {.learner_id = learner_id_,
-                         .run = index,
-                         .condition = study_.conditions[run.condition()].name,
-                         .repetition = run.repetition(),
-                         .rollout = best.rollout,
-                         .reward = best.reward,
-                         .policy_id = {},
-                         .policy = {}},
-                        run.best_policy());
+  std::size_t bytes = 0;
+  for (protocol::BestPolicy& piece : best_policy(runs_[index], study_, learner_id_)) {
+    bytes += piece.policy.size() + kMessageBytes;
+    turn.effects.emplace_back(SendMessage{std::move(piece)});
+  }
+  return bytes;
 }
 
 /// Of runs, as far as the bytes go: what has changed, for which half of them is enough while there

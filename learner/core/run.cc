@@ -1,6 +1,7 @@
 #include "learner/core/run.h"
 
 #include <stdexcept>
+#include <utility>
 
 #include "common/base/check.h"
 #include "common/numbers/random_stream.h"
@@ -8,15 +9,22 @@
 namespace treeroll::learner {
 namespace {
 
-explore::Exploration start(const Study& study, const Condition& condition, int repetition) {
-  return explore::Exploration(condition.exploration, *condition.start, study.seed,
+explore::LayerStart first_start(const Study& study, int run) {
+  const Condition& condition = study.conditions[run / study.repetitions];
+  return explore::first_start(condition.exploration, *condition.start);
+}
+
+explore::Exploration start(const Study& study, const Condition& condition, int repetition,
+                           explore::LayerStart first) {
+  return explore::Exploration(condition.exploration, *condition.start, std::move(first), study.seed,
                               static_cast<std::uint32_t>(repetition));
 }
 
 /// JSON of a layer's policy with this theta; empty if it makes none.
-std::string policy_text(const Policy& policy, const Eigen::VectorXd& theta) {
+std::string policy_text(const Policy& policy, const Eigen::VectorXd& theta,
+                        const SignalNames& signals) {
   try {
-    return to_json(*policy.with(theta));
+    return to_json(*policy.with(theta), signals);
   } catch (const std::invalid_argument&) {
     return "";
   }
@@ -31,12 +39,14 @@ std::int64_t task_seed(const Study& study, int repetition, int number, int trial
   return static_cast<std::int64_t>(stream.next_bits());
 }
 
-Run::Run(const Study& study, int run)
+Run::Run(const Study& study, int run) : Run(study, run, first_start(study, run)) {}
+
+Run::Run(const Study& study, int run, explore::LayerStart first)
     : study_(&study),
       index_(run),
       condition_(run / study.repetitions),
       repetition_(run % study.repetitions),
-      exploration_(start(study, study.conditions[condition_], repetition_)),
+      exploration_(start(study, study.conditions[condition_], repetition_, std::move(first))),
       start_{kStart, exploration_.layer(), exploration_.mean()} {
   // All at once, so that a learner's memory does not grow later.
   records_.reserve(study.conditions[condition_].exploration.num_rollouts);
@@ -150,7 +160,8 @@ bool Run::done() const {
 
 std::string Run::best_policy() const {
   const explore::Exploration::Best& best = exploration_.best();
-  return policy_text(exploration_.policy(best.layer), best.theta);
+  return policy_text(exploration_.policy(best.layer), best.theta,
+                     study_->conditions[condition_].signals);
 }
 
 RunRecord Run::record() const& {
@@ -177,8 +188,8 @@ RunRecord Run::record_without_rollouts() const {
   if (best.rollout >= 0) {
     record.best_reward = best.reward;
     record.best_policy = best_policy();
-    record.final_policy =
-        policy_text(exploration_.policy(exploration_.layer()), exploration_.mean());
+    record.final_policy = policy_text(exploration_.policy(exploration_.layer()),
+                                      exploration_.mean(), study_->conditions[condition_].signals);
   }
   if (const std::optional<Answer> answer = answer_of(kStart)) record.start = answer->outcome;
   for (int i = 0; i < study_->final_evaluations; ++i) {

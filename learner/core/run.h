@@ -31,6 +31,8 @@ class Run {
 
   /// Precondition: `study` outlives the run.
   Run(const Study& study, int run);
+  /// @param first  explore::first_start() of the run's condition, which its repetitions share
+  Run(const Study& study, int run, explore::LayerStart first);
 
   /// Draws no more: its time is up. What has been asked for is still accepted, then the mean policy
   /// as it is now is evaluated. Nothing happens to a run that has ended by itself.

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/signal_names.h"
 #include "common/base/time.h"
 #include "common/policy/policy.h"
 #include "learner/explore/exploration.h"
@@ -19,6 +20,9 @@ struct Condition {
   std::string task_content;
   PolicyPtr start;  ///< before any roll-out; not null
   explore::ExplorationSettings exploration;
+  /// What the task calls inputs and outputs, else the file of the start policy: the policies that
+  /// are learnt carry it. Empty: nobody has named them.
+  SignalNames signals = {};
 };
 
 /// What is to be learnt, fully resolved: conditions times repetitions. Run number r is repetition

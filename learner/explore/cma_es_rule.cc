@@ -8,6 +8,7 @@
 #include "common/settings/settings_reader.h"
 #include "learner/explore/cma_es.h"
 #include "learner/explore/exploration_settings.h"
+#include "learner/explore/scale_trial.h"
 #include "learner/explore/setting_bounds.h"
 
 namespace treeroll::explore {
@@ -25,17 +26,26 @@ class CmaEsRule final : public PopulationRule {
         search_(
             search(is_tried(settings, start) ? *settings.bold_rate_factor : settings.rate_factor,
                    distribution())) {
-    if (is_tried(settings, start)) cautious_ = start.distribution;
+    if (!is_tried(settings, start)) return;
+    cautious_ = start.distribution;
+    bolder_ = start.bolder;
+    if (!start.of_scales.empty()) {
+      scales_.emplace(start.of_scales, settings.generation.population);
+    }
   }
 
   Eigen::VectorXd next_normal_numbers(RandomStream stream) override {
     if (cautious_ && !std::exchange(has_drawn_mean_, true)) {
       return Eigen::VectorXd::Zero(distribution().mean.size());
     }
-    if (to_mirror_) return -*std::exchange(to_mirror_, std::nullopt);
-    Eigen::VectorXd normal = PopulationRule::next_normal_numbers(stream);
-    if (settings_.mirrored) to_mirror_ = normal;
-    return normal;
+    Eigen::VectorXd normal;
+    if (to_mirror_) {
+      normal = -*std::exchange(to_mirror_, std::nullopt);
+    } else {
+      normal = PopulationRule::next_normal_numbers(stream);
+      if (settings_.mirrored) to_mirror_ = normal;
+    }
+    return scales_ ? scales_->next(normal) : normal;
   }
 
  private:
@@ -56,11 +66,19 @@ class CmaEsRule final : public PopulationRule {
                              const SearchDistribution& /*before*/,
                              int /*num_results_of_run*/) override {
     if (cautious_) {
-      const SearchDistribution cautious = *std::exchange(cautious_, std::nullopt);
+      SearchDistribution cautious = *std::exchange(cautious_, std::nullopt);
+      const bool has_tried_scales = scales_.has_value();
+      if (has_tried_scales) cautious.noise = std::exchange(scales_, {})->best(generation);
+      // The mirror of a draw of the trial is none of the noise that follows.
       if (!is_outdone(generation, cautious.mean)) {
-        // The mirror of a bold draw is none of the noise that follows.
         to_mirror_.reset();
         search_ = search(settings_.rate_factor, cautious);
+        return search_.distribution();
+      }
+      if (has_tried_scales) {
+        to_mirror_.reset();
+        search_ = search(*settings_.bold_rate_factor,
+                         {cautious.mean, bolder_ * bolder_ * cautious.noise});
         return search_.distribution();
       }
     }
@@ -87,6 +105,8 @@ class CmaEsRule final : public PopulationRule {
   std::optional<Eigen::VectorXd> to_mirror_;  // of the last draw, if it has no mirror
   CmaEs search_;
   std::optional<SearchDistribution> cautious_;  // while the first step is tried: what to go back to
+  double bolder_ = 1;                           // than that
+  std::optional<ScaleTrial> scales_;            // while sizes of the output are tried as well
   bool has_drawn_mean_ = false;
 };
 
@@ -99,6 +119,7 @@ std::unique_ptr<UpdateRule> make_rule(const CmaEsRuleSettings& settings, const L
 void read_automatic(SettingsReader& /*exploration*/, ExplorationSettings& settings) {
   // Measured on the swing-up: README.md.
   settings.rule = CmaEsRuleSettings{.rate_factor = 5, .bold_rate_factor = 2};
+  settings.tries_scale = true;
 }
 
 void read_cma_es(SettingsReader& exploration, ExplorationSettings& settings) {

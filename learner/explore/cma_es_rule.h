@@ -17,7 +17,9 @@ struct CmaEsRuleSettings {
   double rate_factor = 1;  ///< on the covariance's learning rates
   /// Tries LayerStart::bolder noise with its first generation, one member of which is the mean. If
   /// some member is far better than that, the start is far from good: the search stays bold, with
-  /// these rates. Otherwise it begins again with the initial noise and `rate_factor`.
+  /// these rates. Otherwise it begins again with the initial noise and `rate_factor`. Where the
+  /// size of the output is not known (LayerStart::of_scales), that generation tries all of them,
+  /// and either way the search goes on with the one that has proved best.
   std::optional<double> bold_rate_factor = {};
   bool operator==(const CmaEsRuleSettings&) const = default;
 };

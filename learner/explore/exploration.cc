@@ -28,11 +28,16 @@ ExplorationSettings checked(ExplorationSettings settings, const Policy& start) {
 
 Exploration::Exploration(ExplorationSettings settings, const Policy& start, std::uint64_t seed,
                          std::uint32_t repetition)
+    : Exploration(settings, start, first_start(checked(settings, start), start), seed, repetition) {
+}
+
+Exploration::Exploration(ExplorationSettings settings, const Policy& start, LayerStart first,
+                         std::uint64_t seed, std::uint32_t repetition)
     : settings_(checked(std::move(settings), start)),
       seed_(seed),
       repetition_(repetition),
       policies_{start.at_layer(settings_.first_layer)},
-      search_(settings_, fresh_start(settings_, *policies_.back())) {
+      search_(settings_, std::move(first)) {
   draw_what_is_permitted();
 }
 

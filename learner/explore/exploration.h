@@ -38,6 +38,9 @@ class Exploration {
   /// num_rollouts and in_flight are at least 1.
   Exploration(ExplorationSettings settings, const Policy& start, std::uint64_t seed,
               std::uint32_t repetition);
+  /// @param first  first_start() of these settings and this start: many runs share it
+  Exploration(ExplorationSettings settings, const Policy& start, LayerStart first,
+              std::uint64_t seed, std::uint32_t repetition);
 
   /// The next roll-out in number order, or none until more results have been told.
   std::optional<Draw> ask();

@@ -1,10 +1,13 @@
 #include "learner/explore/exploration_settings.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/settings/settings_reader.h"
@@ -18,8 +21,15 @@ constexpr std::int64_t kMaxConvergenceWindow = 100'000;
 /// The rule of a study that names none.
 constexpr const char* kRuleWithVariance = "power";
 constexpr const char* kRuleWithout = "auto";
-/// Outputs of a start that does something are larger: the least factor that a setting may have.
-constexpr double kNothing = 1e-12;
+/// Of start_work(): some seconds of a processor. A learner says nothing meanwhile.
+constexpr double kStartWorkMax = 1e9;
+
+/// What the time that a layer's start takes is proportional to: its metric is a sum over outputs at
+/// some hundred inputs, then its axes, and what a projection reaches takes as long.
+double start_work(const Policy& policy) {
+  const double theta = policy.theta_dim();
+  return theta * theta * (theta + 100. * policy.output_dim());
+}
 
 /// Reads what every run has. The keys of rules that it does not have are never asked for and so
 /// refused.
@@ -70,9 +80,10 @@ class Reader {
   }
 
   void read_noise(const Policy& start) {
+    const bool may_try_scale = std::exchange(settings_.tries_scale, false);
     if (settings_.initial_step) return;  // The rule has said what the initial noise comes from.
     if (!source_.has("noise_variance")) {
-      read_metric(start);
+      read_metric(start, may_try_scale);
       return;
     }
     const auto component_dim = static_cast<std::size_t>(start.noise_variance_dim());
@@ -89,35 +100,46 @@ class Reader {
   }
 
   /// A start that does something tells the size of the output; one from nothing does not.
-  void read_metric(const Policy& start) {
-    const double size = output_size(start.effect());
-    const bool is_from_nothing = !(size > kNothing);
+  /// @param may_try_scale  the rule finds a size that nobody tells
+  void read_metric(const Policy& start, bool may_try_scale) {
+    check_work(start, "noise_variance", "is required");
+    const PolicyEffect effect = start.effect();
+    const bool is_from_nothing = !does_something(effect);
     settings_.metric = source_.choice("metric", {"full", "diagonal"}, "full",
                                       {.meaning = "Steps that move the output alike in every "
                                                   "direction of theta, or in each of its "
                                                   "elements"}) == "full"
                            ? Metric::kFull
                            : Metric::kDiagonal;
+    if (is_from_nothing && may_try_scale && !source_.has("initial_step") && is_scale_tried()) {
+      settings_.tries_scale = true;
+      settings_.output_scale = 1;
+      settings_.initial_step = kStepFromNothing;
+      return;
+    }
     if (is_from_nothing && !source_.has("output_scale")) {
       source_.refuse("output_scale",
                      "is required: the start policy does nothing, so nothing tells how large the "
                      "outputs of a good policy are. Give their size, or noise_variance");
     }
     settings_.output_scale = source_.number(
-        "output_scale", kFactor, is_from_nothing ? std::nullopt : std::optional(size),
-        {.meaning = "How large the outputs of a good policy are; required for a start "
-                    "that does nothing",
+        "output_scale", kFactor,
+        is_from_nothing ? std::nullopt : std::optional(output_size(effect)),
+        {.meaning = "How large the outputs of a good policy are. For a start that does nothing it "
+                    "is required, but by rule \"auto\" without initial_step",
          .unit = "the output's unit",
          .otherwise = "the size of the start policy's output"});
     settings_.initial_step = source_.number(
-        "initial_step", kFactor, (is_from_nothing ? .1 : .005) * settings_.output_scale,
+        "initial_step", kFactor,
+        (is_from_nothing ? kStepFromNothing : .005) * settings_.output_scale,
         {.meaning = "Deviation of the output in the first steps",
          .unit = "the output's unit",
          .otherwise = ".005 of output_scale; .1 of it for a start that does nothing"});
     settings_.bold_step = (is_from_nothing ? .3 : .08) * settings_.output_scale;
   }
 
-  void read_layers(int num_layers) {
+  void read_layers(const Policy& start) {
+    const int num_layers = start.num_layers();
     settings_.reuse = source_.boolean(
         "reuse", settings_.reuse,
         {.meaning = "Whether the next layer begins with the experience of the one left, section "
@@ -133,9 +155,43 @@ class Reader {
       source_.refuse("last_layer", "must be at least first_layer, which is " +
                                        std::to_string(settings_.first_layer));
     }
+    for (int layer = settings_.first_layer; layer <= settings_.last_layer; ++layer) {
+      const PolicyPtr policy = start.at_layer(layer);
+      if (settings_.metric) {
+        check_work(*policy, "noise_variance", "is required");
+      } else if (settings_.initial_step) {
+        check_work(*policy, "coordinates", "must be \"noise_variance\"");
+      } else if (settings_.reuse && layer > settings_.first_layer) {
+        check_work(*policy, "reuse", "must be false");
+      }
+    }
   }
 
  private:
+  bool is_scale_tried() {
+    constexpr const char* kKey = "output_scale";
+    constexpr const char* kTried = "auto";
+    if (source_.has(kKey) &&
+        !source_.is_word(kKey, kTried,
+                         {.meaning = "Sizes from a hundredth to a hundred are tried in the first "
+                                     "generation: of a start that does nothing"})) {
+      return false;
+    }
+    source_.string(kKey, kTried,
+                   {.meaning = "\"auto\", of rule \"auto\" for a start that does nothing: sizes "
+                               "from a hundredth to a hundred are tried in the first generation"});
+    return true;
+  }
+
+  void check_work(const Policy& policy, const char* key, const char* rule) {
+    if (start_work(policy) <= kStartWorkMax) return;
+    source_.refuse(
+        key,
+        fmt::format("{}: otherwise theta^2 x (theta + 100 x outputs) must be at most {:.0e}, "
+                    "and theta of layer {} has {} elements for {} outputs",
+                    rule, kStartWorkMax, policy.layer(), policy.theta_dim(), policy.output_dim()));
+  }
+
   /// `value` is the default and takes the result.
   void integer(const char* key, std::int64_t min, std::int64_t max, int& value,
                const KeyHelp& help) {
@@ -155,7 +211,7 @@ ExplorationSettings read_exploration_settings(SettingsReader& exploration, const
   reader.read_rule(rules);
   reader.read_convergence();
   reader.read_noise(start);
-  reader.read_layers(start.num_layers());
+  reader.read_layers(start);
   return settings;
 }
 

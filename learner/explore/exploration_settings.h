@@ -12,6 +12,9 @@
 
 namespace treeroll::explore {
 
+/// Deviation of the output in the first steps from nothing, as a share of its size.
+inline constexpr double kStepFromNothing = .1;
+
 /// Settings of one run's search: thesis table 3-2. The defaults are those of table 4-3.
 struct ExplorationSettings {
   int num_rollouts = 200;               ///< N, the budget
@@ -32,9 +35,11 @@ struct ExplorationSettings {
   std::optional<Metric> metric;
   double output_scale = 0;  ///< size of the output, above 0 with `metric`
   double bold_step = 0;     ///< as initial_step: for a start that is far from good
-  bool reuse = true;        ///< the next layer begins with the experience of the one left
-  int first_layer = 1;      ///< explored first
-  int last_layer = 1;       ///< explored to the end of the budget
+  /// Nobody has told the size of the output, and the start does nothing: the rule tries some.
+  bool tries_scale = false;
+  bool reuse = true;    ///< the next layer begins with the experience of the one left
+  int first_layer = 1;  ///< explored first
+  int last_layer = 1;   ///< explored to the end of the budget
   bool operator==(const ExplorationSettings&) const = default;
 };
 
@@ -42,11 +47,10 @@ struct ExplorationSettings {
 /// variances). `num_rollouts` and `in_flight` are the study's and stay untouched.
 /// Where there is no `noise_variance`, the noise follows from what theta does to the output, and
 /// from the size of the output: that of the start policy, or `output_scale`, required for a start
-/// that does nothing. `last_layer` is the policy's last by default, the rest as in
-/// ExplorationSettings.
-/// A study that names no rule has "auto"; with noise_variance it has "power", as when there was no
-/// other way.
-/// Throws ConfigError. Does not call finish(): the caller does.
+/// that does nothing, but by a rule that tries some. `last_layer` is the policy's last by default,
+/// the rest as in ExplorationSettings. A study that names no rule has "auto"; with noise_variance
+/// it has "power", as when there was no other way. Throws ConfigError. Does not call finish(): the
+/// caller does.
 /// @param rules  that a study may name
 ExplorationSettings read_exploration_settings(
     SettingsReader& exploration, const Policy& start,

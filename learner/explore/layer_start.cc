@@ -18,9 +18,39 @@ std::vector<RatedRollout> projected(const Projection& project,
   return projected;
 }
 
+namespace {
+
+/// Times kStepFromNothing: one of these is to be felt.
+constexpr double kTriedBolder = 3;
+/// In the output's unit, whatever that is; the likeliest first.
+constexpr double kTriedScales[] = {1, .1, 10, .01, 100};
+
+/// Of a policy whose size nobody has told: what it does tells it, or several are tried.
+void try_scales(const ExplorationSettings& settings, const PolicyEffect& effect,
+                LayerStart& start) {
+  const auto noise = [&](double scale) {
+    const double step = kStepFromNothing * scale;
+    return Eigen::MatrixXd(step * step * step_covariance(effect, *settings.metric, scale));
+  };
+  if (does_something(effect)) {
+    start.distribution.noise = noise(output_size(effect));
+  } else {
+    for (const double scale : kTriedScales) start.of_scales.push_back(noise(scale));
+    start.distribution.noise = start.of_scales.front();
+    start.bolder = kTriedBolder;
+  }
+  start.noise_variance = start.distribution.noise.diagonal();
+}
+
+}  // namespace
+
 LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy) {
   LayerStart start;
   start.distribution.mean = policy.theta();
+  if (settings.tries_scale) {
+    try_scales(settings, policy.effect(), start);
+    return start;
+  }
   if (settings.metric) {
     const Eigen::MatrixXd unit =
         step_covariance(policy.effect(), *settings.metric, settings.output_scale);
@@ -38,11 +68,16 @@ LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy
   return start;
 }
 
+LayerStart first_start(const ExplorationSettings& settings, const Policy& start) {
+  return fresh_start(settings, *start.at_layer(settings.first_layer));
+}
+
 LayerStart start_with_experience(const ExplorationSettings& settings, const UpdateRule& rule,
                                  const NextLayer& next, const Eigen::VectorXd& carried,
                                  int num_results_of_run) {
   LayerStart start = fresh_start(settings, *next.policy);
   start.bolder = 1;
+  start.of_scales.clear();
   const std::optional<Eigen::MatrixXd> jacobian =
       projection_jacobian(next.project, carried, rule.distribution().noise.diagonal().cwiseSqrt());
   Inheritance given = rule.inheritance({next.project, start, jacobian, num_results_of_run});

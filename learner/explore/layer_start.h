@@ -22,10 +22,17 @@ struct LayerStart {
   /// What multiplies the deviations of the initial noise for a start that is far from good: for
   /// rules that try. 1 where nothing is known of it, and in a layer that follows another.
   double bolder = 1;
+  /// Noises that go with some sizes of the output, where the policy does nothing and nobody has
+  /// told the size: for rules that try, with `bolder`. The first is `distribution`'s. Empty where
+  /// the size is known.
+  std::vector<Eigen::MatrixXd> of_scales = {};
 };
 
 /// The policy as it stands with the initial noise and no experience.
 LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy);
+
+/// What runs with these settings begin with: fresh_start() of their first layer.
+LayerStart first_start(const ExplorationSettings& settings, const Policy& start);
 
 /// The roll-outs of a layer that is left as roll-outs of the next. Those that no policy of the next
 /// layer represents (in practice failed ones, with a theta past all bounds) are left out.

@@ -12,12 +12,16 @@ namespace {
 
 constexpr double kLeastShare = .1;
 constexpr double kLeastDirection = 1e-3;  // of the mean square
+/// Outputs of a start that does something are larger: the least factor that a setting may have.
+constexpr double kNothing = 1e-12;
 
 }  // namespace
 
 double output_size(const PolicyEffect& effect) {
   return std::sqrt(effect.outputs.rowwise().squaredNorm().mean());
 }
+
+bool does_something(const PolicyEffect& effect) { return output_size(effect) > kNothing; }
 
 Eigen::MatrixXd step_covariance(const PolicyEffect& effect, Metric metric, double scale) {
   const Eigen::Index n = effect.derivative.cols();

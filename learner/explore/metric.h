@@ -16,6 +16,9 @@ enum class Metric {
 /// from nothing.
 double output_size(const PolicyEffect& effect);
 
+/// Whether a policy gives any outputs to speak of.
+bool does_something(const PolicyEffect& effect);
+
 /// Covariance of steps of theta that move the output by 1 (rms over inputs, norm over outputs): in
 /// each direction, or in each element. H = J^T J / N. Steps are bounded, never divided by what
 /// moves nothing: an element in the output's unit counts as a tenth of the strongest at least, a

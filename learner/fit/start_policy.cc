@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -18,6 +19,7 @@
 #include "learner/fit/basis_start.h"
 #include "learner/fit/component_layers.h"
 #include "learner/fit/demonstration_settings.h"
+#include "learner/fit/ds_gmr_start.h"
 #include "learner/fit/fit_tree.h"
 #include "learner/fit/missing_outputs.h"
 #include "learner/fit/network_start.h"
@@ -224,20 +226,22 @@ void check_work(SettingsReader& policy, const std::vector<int>& sizes, const Eig
 }
 
 StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, ThetaLayout layout,
-                              const StartSources& sources) {
+                              const StartSources& sources,
+                              const std::function<void(Demonstration&)>& change) {
   const std::string model = policy.choice(
       "model", {"tree", "flat", "top_down_tree"}, "tree",
       {.meaning =
            "\"tree\": fitted coarse to fine, each layer split from the one above; \"flat\": the "
            "finest layer alone; \"top_down_tree\": the finest layer is fitted and merged"});
-  const Demonstration demonstration = read_demonstration(policy.table("demonstration"), sources);
+  Demonstration demonstration = read_demonstration(policy.table("demonstration"), sources);
+  StartPolicy start{.policy = {},
+                    .log_likelihoods = {},
+                    .demonstration = std::make_shared<const Eigen::MatrixXd>(demonstration.data),
+                    .demonstration_text = demonstration.text};
+  change(demonstration);
   const Eigen::MatrixXd& data = demonstration.data;
   FitSettings fit = read_fit(policy.table("fit"), demonstration, sources.form);
   fit.frame_kind = frame_kind;
-  StartPolicy start{.policy = {},
-                    .log_likelihoods = {},
-                    .demonstration = std::make_shared<const Eigen::MatrixXd>(data),
-                    .demonstration_text = demonstration.text};
   const bool is_flat = model == "flat";
   const bool is_automatic = policy.is_word(
       "components", "auto",
@@ -296,6 +300,11 @@ TreeModel given_components(SettingsReader& policy, FrameKind frame_kind) {
 }  // namespace
 
 StartPolicy read_start_policy(SettingsReader& policy, const StartSources& sources) {
+  return read_tree_start(policy, sources, [](Demonstration&) {});
+}
+
+StartPolicy read_tree_start(SettingsReader& policy, const StartSources& sources,
+                            const std::function<void(Demonstration&)>& change) {
   const bool is_given =
       policy.choice(
           "start", {"fit", "components"}, "fit",
@@ -311,7 +320,7 @@ StartPolicy read_start_policy(SettingsReader& policy, const StartSources& source
               "cholesky"
           ? FrameKind::kCholesky
           : FrameKind::kEigenvector;
-  if (!is_given) return fit_demonstration(policy, frame_kind, layout, sources);
+  if (!is_given) return fit_demonstration(policy, frame_kind, layout, sources, change);
   return {.policy = std::make_shared<TreePolicy>(given_components(policy, frame_kind), 1, layout)};
 }
 
@@ -322,6 +331,7 @@ PolicyRegistry learnable_policies() {
   policies.set_start("correction", read_correction_start);
   policies.set_start("rbf", read_rbf_start);
   policies.set_start("dmp", read_dmp_start);
+  policies.set_start("ds_gmr", read_ds_gmr_start);
   policies.set_start("network", read_network_start);
   policies.add_choice("auto", read_automatic_start);
   return policies;

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <functional>
+
 #include "common/policy/policy_registry.h"
 
 namespace treeroll {
 
 class SettingsReader;
+struct Demonstration;
 
 /// Reads the [policy] table of a study and builds the tree it describes, to be explored at layer 1:
 /// from a demonstration and a fit, or as given component by component. Throws ConfigError. Does not
@@ -30,6 +33,9 @@ class SettingsReader;
 /// component_layers.h says, and model is "tree", or "flat" for the finest layer alone.
 /// A fit that the sources have is taken as it is, if it is such a policy as the settings describe.
 StartPolicy read_start_policy(SettingsReader& policy, const StartSources& sources = {});
+/// The same, fitted to what `change` makes of the demonstration.
+StartPolicy read_tree_start(SettingsReader& policy, const StartSources& sources,
+                            const std::function<void(Demonstration&)>& change);
 
 /// The standard kinds of policies, each with how a study starts it.
 PolicyRegistry learnable_policies();

@@ -142,7 +142,8 @@ Result<JournalTail> read_journal_places(
     if (begins && !start) {
       return damaged(tail.num_records, window.offset(), "a start must stand here");
     }
-    on_record(framed->record, {tail.num_records, window.offset(), window.offset() + framed->size});
+    on_record(framed->record, {tail.num_records, window.offset(), window.offset() + framed->size,
+                               framed->wall_time_us});
     ++tail.num_records;
     tail.last_check = framed->check;
     tail.sealed = std::holds_alternative<JournalSeal>(framed->record);

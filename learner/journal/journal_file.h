@@ -33,8 +33,9 @@ Result<JournalTail> read_journal(const std::filesystem::path& path,
 /// Where a record stands. Not what writing it anew would take: what was read may be longer.
 struct RecordPlace {
   std::int64_t number = 0;
-  std::uint64_t begin = 0;  ///< its first byte
-  std::uint64_t end = 0;    ///< the byte behind it
+  std::uint64_t begin = 0;        ///< its first byte
+  std::uint64_t end = 0;          ///< the byte behind it
+  std::int64_t wall_time_us = 0;  ///< when it was written, since 1970
 };
 /// The same of bytes that may be no file. `name` stands for the path in errors.
 /// @param from  what was read before: goes on behind it, as a learner has written more

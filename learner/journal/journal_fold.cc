@@ -171,7 +171,8 @@ const JournalTail& NumberedReader::read(
   const auto on_next = [&](const JournalRecord& record, const RecordPlace& place) {
     try {
       if (!stages_) stages_ = std::make_unique<Stages>(studies_, study_, repetitions_now_);
-      if (const std::optional<NumberedRecord> numbered = stages_->next(record)) {
+      if (std::optional<NumberedRecord> numbered = stages_->next(record)) {
+        numbered->wall_time_us = place.wall_time_us;
         on_record(*numbered);
       }
     } catch (const std::system_error&) {
@@ -201,6 +202,7 @@ JournalFold::JournalFold(const fs::path& journal, const StudyInJournal& study, T
 
 const JournalTail& JournalFold::go_on(TimePoint now) {
   return reader_.read([&](const NumberedRecord& numbered) {
+    if (hooks_.at) hooks_.at(numbered.wall_time_us);
     if (hooks_.before) hooks_.before(numbered.record);
     apply(numbered, now, core_);
     if (hooks_.after) hooks_.after(numbered.record);

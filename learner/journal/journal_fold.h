@@ -39,6 +39,7 @@ struct NumberedRecord {
   JournalRecord record;
   std::optional<std::int32_t> run_then = std::nullopt;  ///< of a result, if it was another
   bool is_of_earlier_study = false;                     ///< a result before an extension
+  std::int64_t wall_time_us = 0;                        ///< when it was written, since 1970
 };
 /// Reads a journal to its end, or to the record that extends this study; and on from there, as a
 /// learner has written more. Throws as fold_journal() does, and with the record's place what
@@ -68,9 +69,11 @@ JournalTail read_numbered(const std::filesystem::path& journal, const StudyInJou
                           std::int32_t repetitions_now,
                           const std::function<void(const NumberedRecord&)>& on_record);
 
-/// What is called with each record; both may be empty. Runs in it are numbered as in the core's
+/// What is called with each record; each may be empty. Runs in it are numbered as in the core's
 /// study.
 struct FoldHooks {
+  /// First: when it was written, us since 1970. For people; a wall clock may go backwards.
+  std::function<void(std::int64_t wall_time_us)> at = {};
   std::function<void(const JournalRecord&)> before = {};  ///< it is applied
   std::function<void(const JournalRecord&)> after = {};
 };

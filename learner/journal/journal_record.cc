@@ -249,7 +249,7 @@ Result<FramedRecord> unframe(std::string_view bytes) {
   if (cursor.take<std::uint32_t>() != kSyncWord) return Error{"no record begins here"};
   FramedRecord framed;
   framed.number = cursor.take<std::int64_t>();
-  cursor.take<std::int64_t>();
+  framed.wall_time_us = cursor.take<std::int64_t>();
   const std::size_t channel_size = cursor.take<std::uint32_t>();
   const std::size_t data_size = cursor.take<std::uint32_t>();
   framed.size = kHeaderBytes + channel_size + data_size;

@@ -86,6 +86,7 @@ static_assert(12 + 2 + protocol::kNumericClassBytesMax + protocol::kHostNameByte
 struct FramedRecord {
   JournalRecord record;
   std::int64_t number = 0;
+  std::int64_t wall_time_us = 0;  ///< since 1970, when it was written
   std::uint64_t check_before = 0;
   std::uint64_t check = 0;
   std::size_t size = 0;  ///< bytes of the event

@@ -51,7 +51,8 @@ class RolloutMaker {
           {.task_content = task_content, .policy_text = policy, .seed = 0, .trace = true});
       return ShownRollout{.reward = said.outcome.reward(),
                           .status = std::string(name(said.outcome.status())),
-                          .trace = thinned(said.trace, kRowsMax)};
+                          .trace = thinned(said.trace, kRowsMax),
+                          .terms = std::move(said.terms)};
     } catch (const ConfigError& error) {
       fmt::print(stderr, "a roll-out cannot be shown: {}\n", error.what());
     } catch (const std::runtime_error& error) {
@@ -130,6 +131,17 @@ std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
     remarks.emplace_back("Tasks that are not deterministic are shown with seed 0.");
   }
   return remarks;
+}
+
+std::vector<PolicyTerms> terms_of(const std::vector<LearntPolicy>& policies) {
+  std::vector<PolicyTerms> all;
+  for (const LearntPolicy& policy : policies) {
+    PolicyTerms terms{.condition = policy.condition, .start = {}, .best = {}};
+    if (policy.start_rollout) terms.start = policy.start_rollout->terms;
+    if (policy.best_rollout) terms.best = policy.best_rollout->terms;
+    if (!terms.start.empty() || !terms.best.empty()) all.push_back(std::move(terms));
+  }
+  return all;
 }
 
 std::vector<StartModel> start_models(const LoadedStudy& loaded,

@@ -6,6 +6,7 @@
 
 #include "learner/report/figures/layer_plot.h"
 #include "learner/report/figures/learnt_policy.h"
+#include "learner/report/policy_terms.h"
 #include "learner/results/study_results.h"
 #include "learner/study/study_file.h"
 #include "learner/worker_program/worker_program.h"
@@ -22,6 +23,9 @@ std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const Study
 std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
                                        const WorkerProgram& worker_program,
                                        std::vector<LearntPolicy>& policies);
+
+/// Of the roll-outs that were made, those of a task that says what its rewards are made of.
+std::vector<PolicyTerms> terms_of(const std::vector<LearntPolicy>& policies);
 
 /// The start policies, each once, with the conditions that share it. Their variables have the
 /// names of names_of().

@@ -211,12 +211,16 @@ void write_report(const ReportOptions& options) {
     document.sections.push_back(comparison_section("Comparisons", compared, comparison_remarks));
   }
   for (std::size_t i = 0; i < studies.size(); ++i) {
-    document.sections.push_back(study_section(studies[i], figures[i].pictures, figures[i].remarks));
+    document.sections.push_back(
+        study_section(studies[i], figures[i].pictures, figures[i].remarks, figures[i].terms));
   }
 
   write_atomically(options.output / "report.html", to_html(document));
   write_atomically(options.output / "report.md", to_markdown(document));
-  write_atomically(options.output / "report.json", report_json(claims, results, studies, compared));
+  std::vector<std::vector<PolicyTerms>> terms;
+  for (const StudyPictures& of_study : figures) terms.push_back(of_study.terms);
+  write_atomically(options.output / "report.json",
+                   report_json(claims, results, studies, compared, terms));
   if (!claims.empty()) print_claims(claims, results);
   print_comparisons(compared);
   fmt::print("{}\n", (options.output / "report.html").string());

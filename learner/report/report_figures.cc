@@ -44,10 +44,12 @@ NoiseLevels noise_of(const LoadedStudy& loaded, const StudyResults& results,
 
 /// What needs the study itself, not only its results.
 void add_policies(const LoadedStudy& loaded, const StudyResults& results,
-                  const WorkerProgram& worker_program, Figures& figures) {
+                  const WorkerProgram& worker_program, Figures& figures,
+                  std::vector<PolicyTerms>& terms) {
   std::vector<LearntPolicy> policies = learnt_policies(loaded, results);
   std::vector<std::string> remarks = make_rollouts(loaded, worker_program, policies);
   std::move(remarks.begin(), remarks.end(), std::back_inserter(figures.left_out));
+  terms = terms_of(policies);
   append(layer_plots(results.name, start_models(loaded, policies)), figures);
   append(policy_plots(results.name, policies), figures);
   append(path_plots(results.name, policies), figures);
@@ -58,13 +60,13 @@ void add_policies(const LoadedStudy& loaded, const StudyResults& results,
 }
 
 Figures figures_of(const StudyResults& results, const WorkerProgram& worker_program,
-                   std::int64_t noise_rollouts_max) {
+                   std::int64_t noise_rollouts_max, std::vector<PolicyTerms>& terms) {
   try {
     const LoadedStudy loaded = load_resolved_study(results.directory / "study.toml");
     std::vector<std::string> remarks;
     Figures figures = study_plots(results, noise_of(loaded, results, noise_rollouts_max, remarks));
     std::move(remarks.begin(), remarks.end(), std::back_inserter(figures.left_out));
-    add_policies(loaded, results, worker_program, figures);
+    add_policies(loaded, results, worker_program, figures, terms);
     return figures;
   } catch (const StudyError& error) {
     // A demonstration that has been moved away, say: the results stand without it.
@@ -83,8 +85,9 @@ StudyPictures draw_study(const StudyResults& results, const fs::path& output,
                          const WorkerProgram& worker_program, std::int64_t noise_rollouts_max) {
   const std::string place = "figures/" + to_id(results.name);
   fs::create_directories(output / place);
-  Figures figures = figures_of(results, worker_program, noise_rollouts_max);
-  StudyPictures drawn{.pictures = {}, .remarks = std::move(figures.left_out)};
+  StudyPictures drawn;
+  Figures figures = figures_of(results, worker_program, noise_rollouts_max, drawn.terms);
+  drawn.remarks = std::move(figures.left_out);
   for (const Plot& plot : figures.plots) {
     Picture picture = draw(plot, output / place, place);
     picture.id = to_id(results.name + "-" + picture.id);

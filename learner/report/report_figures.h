@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "learner/report/document.h"
+#include "learner/report/policy_terms.h"
 #include "learner/results/study_results.h"
 #include "learner/worker_program/worker_program.h"
 
@@ -15,6 +16,7 @@ namespace treeroll::report {
 struct StudyPictures {
   std::vector<Picture> pictures;
   std::vector<std::string> remarks;  ///< what was left out and why; neither dates nor paths
+  std::vector<PolicyTerms> terms;    ///< of the roll-outs in them
 };
 
 /// Draws a study's pictures into OUTPUT/figures/STUDY. Goals, trajectories and motion are recorded

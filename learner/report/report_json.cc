@@ -74,6 +74,15 @@ json to_json(const StudyResults& study) {
           {"conditions", conditions}};
 }
 
+/// NaN is null.
+json to_json(const std::vector<PolicyTerms>& terms) {
+  json all = json::array();
+  for (const PolicyTerms& one : terms) {
+    all.push_back({{"condition", one.condition}, {"start", one.start}, {"best", one.best}});
+  }
+  return all;
+}
+
 json to_json(const Comparison& comparison) {
   json entry = {{"first", comparison.a},
                 {"second", comparison.b},
@@ -98,14 +107,20 @@ json to_json(const Comparison& comparison) {
 
 std::string report_json(const std::vector<Claim>& claims, const std::vector<ClaimResult>& results,
                         const std::vector<StudyResults>& studies,
-                        const std::vector<Comparison>& comparisons) {
+                        const std::vector<Comparison>& comparisons,
+                        const std::vector<std::vector<PolicyTerms>>& terms) {
   json report = {
       {"claims", json::array()}, {"studies", json::array()}, {"comparisons", json::array()}};
   const std::vector<std::optional<double>> adjusted = adjusted_p(results);
   for (std::size_t i = 0; i < claims.size(); ++i) {
     report["claims"].push_back(to_json(claims[i], results[i], adjusted[i]));
   }
-  for (const StudyResults& study : studies) report["studies"].push_back(to_json(study));
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    report["studies"].push_back(to_json(studies[i]));
+    if (i < terms.size() && !terms[i].empty()) {
+      report["studies"].back()["terms"] = to_json(terms[i]);
+    }
+  }
   for (const Comparison& comparison : comparisons) {
     report["comparisons"].push_back(to_json(comparison));
   }

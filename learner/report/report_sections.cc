@@ -18,6 +18,7 @@ namespace {
 
 /// Rows of a table of comparisons.
 constexpr std::size_t kPairsMax = 400;
+constexpr std::size_t kTermRowsMax = 400;
 
 std::string number(const std::optional<double>& value) {
   return value ? shown_reward(*value) : "-";
@@ -103,6 +104,27 @@ Table switch_table(const StudyResults& study) {
   return table;
 }
 
+/// A row a term; of very many conditions the first.
+Table term_table(const std::vector<PolicyTerms>& terms) {
+  const auto shown = [](const std::map<std::string, double>& of, const std::string& name) {
+    const auto found = of.find(name);
+    return found == of.end() ? std::string("-") : fmt::format("{:.4g}", found->second);
+  };
+  Table table{.columns = {"condition", "term", "start policy", "best policy"}, .rows = {}};
+  for (const PolicyTerms& one : terms) {
+    std::map<std::string, double> names = one.start;
+    names.insert(one.best.begin(), one.best.end());
+    for (const auto& [name, number] : names) {
+      if (table.rows.size() == kTermRowsMax) return table;
+      table.rows.push_back({{one.condition, ""},
+                            {name, ""},
+                            {shown(one.start, name), ""},
+                            {shown(one.best, name), ""}});
+    }
+  }
+  return table;
+}
+
 std::string figure_of(const Claim& claim, const std::vector<Picture>& figures) {
   const std::string figure = !claim.figure.empty()                        ? claim.figure
                              : claim.measure.kind == MeasureKind::kSwitch ? "switches"
@@ -158,7 +180,8 @@ Section claims_section(const std::vector<Claim>& claims, const std::vector<Claim
 }
 
 Section study_section(const StudyResults& study, const std::vector<Picture>& figures,
-                      const std::vector<std::string>& remarks) {
+                      const std::vector<std::string>& remarks,
+                      const std::vector<PolicyTerms>& terms) {
   Section section{.id = to_id(study.name), .title = "Study " + study.name, .blocks = {}};
   if (!study.missing.empty()) {
     section.blocks.emplace_back("The study is not complete: " + study.missing +
@@ -185,6 +208,13 @@ Section study_section(const StudyResults& study, const std::vector<Picture>& fig
     section.blocks.emplace_back(
         "Roll-outs before the first switch of layer, over the runs that switched:");
     section.blocks.emplace_back(std::move(switches));
+  }
+  if (Table table = term_table(terms); !table.rows.empty()) {
+    section.blocks.emplace_back(
+        "What the reward of a roll-out is made of, as the task says, of the start policy and of "
+        "the "
+        "best roll-out's policy. Learning goes by the reward alone:");
+    section.blocks.emplace_back(std::move(table));
   }
   for (const std::string& remark : remarks) section.blocks.emplace_back(remark);
   for (const Picture& figure : figures) section.blocks.emplace_back(figure);

@@ -45,14 +45,14 @@ std::size_t longest_form_bytes(std::string_view json) {
   return bytes + (number > 0 ? kLongestNumberBytes : 0);
 }
 
-void check_policy(const Policy& policy) {
+void check_policy(const Policy& policy, const SignalNames& signals) {
   if (policy.theta_dim() > kThetaDimMax) {
     throw ConfigError("policy", "",
                       fmt::format("is too large: theta of layer {} has {} elements, must be at "
                                   "most {}",
                                   policy.layer(), policy.theta_dim(), kThetaDimMax));
   }
-  const std::size_t bytes = longest_form_bytes(to_json(policy));
+  const std::size_t bytes = longest_form_bytes(to_json(policy, signals));
   if (bytes > kDefinitionBytesMax) {
     throw ConfigError("policy", "",
                       fmt::format("is too large to be sent: up to {} bytes at layer {}, must be "
@@ -71,7 +71,7 @@ void check_message_sizes(const Condition& condition) {
   }
   const explore::ExplorationSettings& exploration = condition.exploration;
   for (int layer = exploration.first_layer; layer <= exploration.last_layer; ++layer) {
-    check_policy(*condition.start->at_layer(layer));
+    check_policy(*condition.start->at_layer(layer), condition.signals);
   }
 }
 

@@ -67,16 +67,17 @@ ResolvedPolicy PolicyCache::read(json settings) const {
 ResolvedPolicy PolicyCache::read_given(const json& settings) const {
   json resolved;
   SettingsReader reader(settings, "policy", resolved);
-  Result<PolicyPtr> policy = registry_.from_json(*read_given_policy(reader));
-  if (!policy) throw ConfigError("policy.given", "", policy.error().message);
-  ResolvedPolicy given{.start = {.policy = *std::move(policy)},
-                       .settings = std::make_shared<json>(std::move(resolved))};
+  Result<NamedPolicy> named = registry_.named_from_json(*read_given_policy(reader));
+  if (!named) throw ConfigError("policy.given", "", named.error().message);
+  ResolvedPolicy given{.start = {.policy = std::move(named->policy)},
+                       .settings = std::make_shared<json>(std::move(resolved)),
+                       .signals = std::move(named->signals)};
   if (!reader.has(kBounds)) return given;
   // Of all that stands beside a given policy these count: they are part of it from now on.
   PolicyPtr& start = given.start.policy;
   start = without_bounds(start);
   start = bounded(start, read_policy_bounds(reader.table(kBounds), start));
-  given.settings = std::make_shared<json>(json{{kGivenPolicy, to_json(*start)}});
+  given.settings = std::make_shared<json>(json{{kGivenPolicy, to_json(*start, given.signals)}});
   return given;
 }
 

@@ -14,6 +14,7 @@ namespace treeroll {
 struct ResolvedPolicy {
   StartPolicy start;
   std::shared_ptr<const nlohmann::json> settings;
+  SignalNames signals = {};  ///< of one that is given
 };
 
 /// The start policies of a study by their [policy] tables: conditions often share one, and fitting

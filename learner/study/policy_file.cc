@@ -36,9 +36,9 @@ PolicyFile read_policy_file(const std::string& key, const fs::path& path,
   if (text.size() > kPolicyBytesMax) {
     refuse(fmt::format("is too large: must be at most {} bytes", kPolicyBytesMax));
   }
-  Result<PolicyPtr> policy = policies.from_json(text);
-  if (!policy) refuse(policy.error().message);
-  return {std::move(text), *std::move(policy)};
+  Result<NamedPolicy> named = policies.named_from_json(text);
+  if (!named) refuse(named.error().message);
+  return {std::move(text), std::move(named->policy), std::move(named->signals)};
 }
 
 }  // namespace treeroll

@@ -11,6 +11,7 @@ namespace treeroll {
 struct PolicyFile {
   std::string text;  ///< the JSON of common/policy/policy.h
   PolicyPtr policy;
+  SignalNames signals;  ///< what the text calls inputs and outputs, if it does
 };
 
 /// Throws ConfigError about `key` on what is not a regular, readable file of at most 1 MiB that

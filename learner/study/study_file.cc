@@ -47,7 +47,8 @@ void read_start_file(const std::filesystem::path& study_file, const SettingOrigi
   const auto name = read_start_file_name(reader);
   if (!name) return;
   const std::filesystem::path path = path_of(study_file, origins, kKey, *name);
-  policy[kGivenPolicy] = to_json(*read_policy_file(kKey, path, policies).policy);
+  const PolicyFile file = read_policy_file(kKey, path, policies);
+  policy[kGivenPolicy] = to_json(*file.policy, file.signals);
   policy.erase("start_file");
 }
 
@@ -170,19 +171,21 @@ class StudyBuilder {
     const StudyBudget budget = read_study_table(reader, loaded_.study);
     reader.finish();
     check_totals(budget);
-    std::string task_content = read_task_table(settings.at("task"));
+    TaskTable task = read_task_table(settings.at("task"));
     const ResolvedPolicy& policy = policies_.get(settings.at("policy"));
     json exploration_table;
     Condition condition{
         .name = name,
-        .task_content = std::move(task_content),
+        .task_content = std::move(task.content),
         .start = policy.start.policy,
         .exploration = read_exploration(settings.at("exploration"), *policy.start.policy, budget,
-                                        exploration_table)};
+                                        exploration_table),
+        .signals = task.signals.empty() ? policy.signals : task.signals};
     check_message_sizes(condition);
     loaded_.log_likelihoods.push_back(policy.start.log_likelihoods);
     loaded_.demonstrations.push_back(policy.start.demonstration);
-    loaded_.columns.push_back(demonstration_columns(*policy.settings));
+    loaded_.columns.push_back(task.signals.empty() ? demonstration_columns(*policy.settings)
+                                                   : all_of(task.signals));
 
     for (const char* own : {"rollouts", "in_flight"}) study_table.erase(own);
     study_table_ = std::move(study_table);
@@ -268,15 +271,34 @@ StudyError condition_error(const LoadedStudy& loaded, std::size_t condition,
 }
 
 void check_task(const LoadedStudy& loaded, std::size_t condition, TaskDims task) {
-  const Policy& policy = *loaded.study.conditions.at(condition).start;
-  if (policy.input_dim() == task.input_dim && policy.output_dim() == task.output_dim) return;
-  throw condition_error(
-      loaded, condition,
-      ConfigError(
-          "policy", "",
-          fmt::format("has {} inputs and {} outputs, must have {} inputs and {} outputs for "
-                      "this task",
-                      policy.input_dim(), policy.output_dim(), task.input_dim, task.output_dim)));
+  const Condition& checked = loaded.study.conditions.at(condition);
+  const Policy& policy = *checked.start;
+  if (policy.input_dim() != task.input_dim || policy.output_dim() != task.output_dim) {
+    throw condition_error(
+        loaded, condition,
+        ConfigError(
+            "policy", "",
+            fmt::format("has {} inputs and {} outputs, must have {} inputs and {} outputs for "
+                        "this task",
+                        policy.input_dim(), policy.output_dim(), task.input_dim, task.output_dim)));
+  }
+  const json& table = loaded.resolved.conditions.at(condition)->at("task");
+  if (table.contains("described")) {
+    const auto other = difference(checked.signals, "here they are", task.signals);
+    if (!other) return;
+    throw condition_error(loaded, condition,
+                          ConfigError("task.described", "",
+                                      fmt::format("in the study the task's {}: this worker "
+                                                  "program's task is another one",
+                                                  *other)));
+  }
+  if (const auto other = difference(checked.signals, "those of the task are", task.signals)) {
+    throw condition_error(loaded, condition,
+                          ConfigError("policy.start_file", "",
+                                      fmt::format("the policy's {}: must be a policy of this "
+                                                  "task, or name no signals",
+                                                  *other)));
+  }
 }
 
 }  // namespace treeroll

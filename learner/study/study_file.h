@@ -29,7 +29,8 @@ struct LoadedStudy {
   std::vector<std::vector<double>> log_likelihoods;
   /// By condition: StartPolicy::demonstration.
   std::vector<std::shared_ptr<const Eigen::MatrixXd>> demonstrations;
-  /// By condition: what a demonstration from files calls inputs and outputs; empty without one.
+  /// By condition: what the task calls inputs and outputs, else a demonstration from files; empty
+  /// without either.
   std::vector<std::vector<std::string>> columns;
   std::vector<SettingOrigins> origins;  ///< by condition: where its settings stand
   /// Of all settings but those that may grow once a study has begun (study_extension.h).
@@ -58,9 +59,11 @@ StudyError condition_error(const LoadedStudy& loaded, std::size_t condition,
 struct TaskDims {
   int input_dim = 0;
   int output_dim = 0;
+  SignalNames signals = {};  ///< what it calls them
 };
 
-/// Throws StudyError if the condition's policy has other dimensions.
+/// Throws StudyError if the condition's policy has other dimensions, or its study or the file of
+/// its start policy other names for them.
 void check_task(const LoadedStudy& loaded, std::size_t condition, TaskDims task);
 
 }  // namespace treeroll

@@ -26,17 +26,17 @@ std::string read_task_name(SettingsReader& reader) {
   return name;
 }
 
-std::string read_task_table(const json& table) {
+TaskTable read_task_table(const json& table) {
   json scratch;
   SettingsReader reader(table, "task", scratch);
   const std::string name = read_task_name(reader);
   json task_settings = table;
   task_settings.erase("name");
   task_settings.erase(kDescribed);
-  if (!table.contains(kDescribed)) return task_content(name, task_settings, nullptr);
+  if (!table.contains(kDescribed)) return {task_content(name, task_settings, nullptr), {}};
   const Result<TaskDescription> described = task_description_from_json(table[kDescribed].dump());
   if (!described) throw ConfigError("task.described", "", described.error().message);
-  return task_content(name, task_settings, &*described);
+  return {task_content(name, task_settings, &*described), described->signals};
 }
 
 void forget_description(const SettingOrigins& origins, json& table) {
@@ -53,13 +53,17 @@ void resolve_task(LoadedStudy& loaded, std::size_t condition, const std::string&
   const auto name = task.at("name").get<std::string>();
   task = json::parse(settings);
   resolved.task_content = task_content(name, task, &description);
+  if (!description.signals.empty()) {
+    resolved.signals = description.signals;
+    loaded.columns.at(condition) = all_of(description.signals);
+  }
   try {
     check_message_sizes(resolved);
   } catch (const ConfigError& error) {
     throw condition_error(loaded, condition, error);
   }
   task["name"] = name;
-  task[kDescribed] = to_json(description);
+  task[kDescribed] = to_json_with_signals(description);
 }
 
 std::string unresolved_condition(const LoadedStudy& loaded) {

@@ -18,14 +18,19 @@ class SettingsReader;
 /// The one key of [task] that is not the task's own. Throws ConfigError.
 std::string read_task_name(SettingsReader& task);
 
-/// Condition::task_content of a table. Throws ConfigError.
-std::string read_task_table(const nlohmann::json& table);
+struct TaskTable {
+  std::string content;  ///< Condition::task_content
+  SignalNames signals;  ///< of a resolved study: what the task calls inputs and outputs
+};
+/// Throws ConfigError.
+TaskTable read_task_table(const nlohmann::json& table);
 
 /// A task that the command line changes is to be described anew.
 void forget_description(const SettingOrigins& origins, nlohmann::json& table);
 
 /// Gives a condition what its task makes of the settings, defaults included, and says of itself:
-/// from now on a worker whose task comes to anything else is refused (check_agreement()).
+/// from now on a worker whose task comes to anything else is refused (check_agreement()). What it
+/// calls inputs and outputs is kept beside.
 /// Throws StudyError if that is too large for a message.
 /// @param settings  a JSON object, as `--describe-task` prints it
 void resolve_task(LoadedStudy& loaded, std::size_t condition, const std::string& settings,

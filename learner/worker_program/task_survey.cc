@@ -94,7 +94,7 @@ std::map<std::string, DescribedTask> survey_tasks(const LoadedStudy& loaded,
     }
     if (const auto facts = known.find(content); facts != known.end()) {
       const TaskDescription& task = facts->second.description;
-      check_task(loaded, c, {task.input_dim, task.output_dim});
+      check_task(loaded, c, {task.input_dim, task.output_dim, task.signals});
     }
   }
   return known;

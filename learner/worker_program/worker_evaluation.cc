@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/base/cut_text.h"
+#include "common/base/for_log.h"
 #include "learner/worker_program/process.h"
 #include "learner/worker_program/program_answer.h"
 
@@ -68,6 +69,10 @@ std::optional<RolloutTrace> read_trace(const json& said) {
   return trace;
 }
 
+/// As workers/tasks/trace.h has them.
+constexpr std::size_t kTermsMax = 64;
+constexpr std::size_t kTermNameBytesMax = 64;
+
 /// The answer of a user's program: checked like anything from outside.
 std::optional<PolicyEvaluation> read_answer(const json& said, const TaskDescription& task,
                                             bool trace) {
@@ -87,8 +92,9 @@ std::optional<PolicyEvaluation> read_answer(const json& said, const TaskDescript
       if (std::isfinite(duration_s) && duration_s >= 0) done.duration_s = duration_s;
     }
     if (evaluation.contains("terms")) {
+      if (evaluation["terms"].size() > kTermsMax) return std::nullopt;
       for (const auto& [term, number] : evaluation["terms"].items()) {
-        done.terms[term] = number_or_nan(number);
+        done.terms[for_log(cut_text(term, kTermNameBytesMax))] = number_or_nan(number);
       }
     }
     if (!trace) return done;

@@ -25,7 +25,7 @@ const std::vector<Owned>& owned() {
        {"common/numbers"},
        "use RandomStream of common/numbers/random_stream.h"},
       {std::regex(R"(^common/policy/tree/)"),
-       {"common/policy/tree", "common/policy/kinds", "learner/fit"},
+       {"common/policy/tree", "common/policy/ds_gmr", "common/policy/kinds", "learner/fit"},
        "what a policy is made of is its kind's business: use Policy of common/policy/policy.h"},
       {std::regex(R"(^CLI/|^spdlog/sinks/)"),
        {"common/program"},

@@ -96,6 +96,7 @@ TEST_F(PageTest, ALearnerServesWhatItLearns) {
   EXPECT_EQ(rollout["again"]["reward"], rollout["reward"]);
   EXPECT_EQ(rollout["again"]["trace"]["columns"][0], "time_s");
   EXPECT_FALSE(rollout["again"]["trace"]["poses"].empty());
+  EXPECT_GT(rollout["again"]["terms"]["least_cost_time_s"], 0);
   EXPECT_EQ(rollout["noise"]["draws"].size(), 12U);
   EXPECT_THAT(fetch(port, "/metrics"), HasSubstr("treeroll_rollouts_applied_total{study="));
   EXPECT_EQ(fetch(port, "/healthz"), "ok\n");

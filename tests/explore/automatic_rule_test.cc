@@ -81,14 +81,72 @@ TEST(AutomaticRuleTest, EveryRuleCanDoWithoutANoise) {
   }
 }
 
-TEST(AutomaticRuleTest, AStartFromNothingNeedsAScale) {
-  try {
-    read_automatic_settings(json::object(), constant_spline(0));
-    FAIL();
-  } catch (const ConfigError& error) {
-    EXPECT_EQ(error.key(), "exploration.output_scale");
-    EXPECT_THAT(error.what(), HasSubstr("the start policy does nothing"));
+/// Rewards that fall with the distance from a goal of any size.
+double best_near(double size, ExplorationSettings settings) {
+  Exploration run(settings, constant_spline(0), 3, 0);
+  double best = 0;
+  while (!run.done()) {
+    while (const std::optional<Draw> draw = run.ask()) {
+      const Eigen::VectorXd miss = (draw->theta.array() - size) / size;
+      best = std::max(best, elementary::exp(-miss.squaredNorm() / 8));
+      run.tell(draw->rollout, Outcome::ok(elementary::exp(-miss.squaredNorm() / 8)));
+    }
   }
+  return best;
+}
+
+/// From nothing, and nobody has said how large an output of a good policy is.
+TEST(AutomaticRuleTest, FindsTheSizeOfTheOutputItself) {
+  json resolved;
+  ExplorationSettings settings =
+      read_automatic_settings(json::object(), constant_spline(0), &resolved);
+  EXPECT_TRUE(settings.tries_scale);
+  EXPECT_EQ(resolved["output_scale"], "auto");
+  EXPECT_EQ(read_automatic_settings(resolved, constant_spline(0)), settings);
+  settings.num_rollouts = 300;
+  for (const double size : {.003, .02, .7, 5., 40., 300.}) {
+    EXPECT_GT(best_near(size, settings), .85) << size;
+  }
+}
+
+TEST(AutomaticRuleTest, TheFirstGenerationTriesAllSizesInPairs) {
+  ExplorationSettings settings = read_automatic_settings(json::object(), constant_spline(0));
+  settings.num_rollouts = 24;
+  settings.in_flight = 24;
+  Exploration run(settings, constant_spline(0), 3, 0);
+  std::vector<Draw> generation;
+  while (std::optional<Draw> draw = run.ask()) generation.push_back(*draw);
+  ASSERT_EQ(generation.size(), 12U);  // the next waits
+  EXPECT_EQ(generation[0].theta, Eigen::VectorXd::Zero(8));
+  for (std::size_t i = 1; i + 1 < 12; i += 2) {
+    EXPECT_TRUE(generation[i].theta.isApprox(-generation[i + 1].theta, 1e-9)) << i;
+    const double sizes[] = {1, .1, 10, .01, 100};
+    const double rms = std::sqrt(generation[i].theta.squaredNorm() / 8);
+    EXPECT_GT(rms, .03 * sizes[i / 2]);
+    EXPECT_LT(rms, 3 * sizes[i / 2]);
+  }
+  // Of the largest size, one is the best.
+  for (const Draw& draw : generation) {
+    run.tell(draw.rollout, Outcome::ok(draw.rollout == 9 ? .9 : .1));
+  }
+  const std::optional<Draw> next = run.ask();
+  ASSERT_TRUE(next);
+  EXPECT_GT(std::sqrt(next->theta.squaredNorm() / 8), 3);
+}
+
+TEST(AutomaticRuleTest, OtherRulesNeedAScaleForAStartFromNothing) {
+  for (const json& table :
+       {json{{"rule", "cma_es"}}, json{{"rule", "power"}}, json{{"initial_step", .1}}}) {
+    try {
+      read_automatic_settings(table, constant_spline(0));
+      ADD_FAILURE() << table;
+    } catch (const ConfigError& error) {
+      EXPECT_EQ(error.key(), "exploration.output_scale");
+      EXPECT_THAT(error.what(), HasSubstr("the start policy does nothing"));
+    }
+  }
+  EXPECT_THROW(read_automatic_settings({{"output_scale", "auto"}}, constant_spline(10)),
+               ConfigError);
   const ExplorationSettings settings =
       read_automatic_settings({{"output_scale", 2}}, constant_spline(0));
   EXPECT_EQ(*settings.initial_step, .2);
@@ -101,6 +159,36 @@ TEST(AutomaticRuleTest, AStartFromNothingNeedsAScale) {
   EXPECT_THROW(
       read_automatic_settings({{"noise_variance", {1.}}, {"metric", "full"}}, constant_spline(10)),
       ConfigError);
+}
+
+/// Layers of 43 and 83 coefficients for each of 12 outputs: the finer one is too large.
+LinearPolicy large_ladder() {
+  return {std::make_shared<SplineForm>(std::make_shared<SplineLadder>(BSpline(3, 43, 0, 2), 2),
+                                       nullptr),
+          Eigen::MatrixXd::Constant(12, 83, 1), 1};
+}
+
+/// A learner would say nothing for minutes.
+TEST(AutomaticRuleTest, APolicyIsRefusedWhereALayersStartWouldTakeMinutes) {
+  const LinearPolicy large = large_ladder();
+  const json variance(std::vector<double>(12, 1));
+  read_automatic_settings({{"last_layer", 1}}, large);
+  read_automatic_settings({{"noise_variance", variance}, {"reuse", false}}, large);
+  read_automatic_settings({{"noise_variance", variance}, {"first_layer", 2}}, large);
+  const auto refused = [&](const json& table, const char* key, const char* rule) {
+    try {
+      read_automatic_settings(table, large);
+      ADD_FAILURE() << table;
+    } catch (const ConfigError& error) {
+      EXPECT_EQ(error.key(), key) << table;
+      EXPECT_THAT(error.what(), HasSubstr(rule));
+      EXPECT_THAT(error.what(), HasSubstr("theta of layer 2 has 996 elements for 12 outputs"));
+    }
+  };
+  refused(json::object(), "exploration.noise_variance", "is required");
+  refused({{"rule", "cma_es"}, {"coordinates", "sensitivity"}}, "exploration.coordinates",
+          "must be \"noise_variance\"");
+  refused({{"noise_variance", variance}}, "exploration.reuse", "must be false");
 }
 
 TEST(AutomaticRuleTest, GoesBackToASmallStepFromAGoodStart) {

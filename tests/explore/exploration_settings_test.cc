@@ -217,7 +217,7 @@ TEST(ExplorationSettingsTest, RefusesLayersInTheWrongOrderAndAMissingNoise) {
     EXPECT_STREQ(error.what(),
                  "exploration.last_layer = 1: must be at least first_layer, which is 2");
   }
-  EXPECT_THROW(read(json::object(), resolved), ConfigError);  // from nothing, without a scale
+  EXPECT_THROW(read({{"rule", "power"}}, resolved), ConfigError);  // from nothing, without a scale
 }
 
 TEST(MinimumNoiseDecayTest, StartsAfterItsStartWithItsPower) {

@@ -92,7 +92,7 @@ TEST(SplineStartTest, AStoredStartIsTakenIfItIsSuchAPolicy) {
 TEST(SplineStartTest, RefusesWhatCannotBeUsedNamingTheKey) {
   const std::pair<const char*, const char*> cases[] = {
       {R"({"kind": "splines"})",
-       "must be one of: auto, correction, dmp, network, rbf, spline, tree"},
+       "must be one of: auto, correction, dmp, ds_gmr, network, rbf, spline, tree"},
       {R"({"kind": "spline", "degree": 8})", "policy.degree"},
       {R"({"kind": "spline", "coefficients": [3]})", "at least 4"},
       {R"({"kind": "spline", "coefficients": [4, 6]})", "after 4 come 5"},

@@ -52,6 +52,35 @@ TEST(WatchersTest, WhoComesLateHearsOfEveryRunAndItsBestPolicyWithinSeconds) {
   EXPECT_THAT(runs_in<protocol::BestPolicy>(cluster.sent), SizeIs(10));
 }
 
+/// The names go where people and robots read them, and change no question.
+TEST(WatchersTest, PoliciesCarryTheNamesOfSignalsAndWorkersAreSentNone) {
+  std::map<bool, std::set<std::int64_t>> contents;
+  for (const bool is_named : {false, true}) {
+    Study study = small_study(20, 1);
+    if (is_named) study.conditions[0].signals = {{"time_s"}, {"force_n"}};
+    Cluster cluster(study);
+    cluster.add_worker(1);
+    cluster.start();
+    cluster.run(seconds(60));
+    ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+    std::string best;
+    for (const protocol::Message& message : cluster.sent) {
+      if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
+        for (const auto& request : batch->rollouts) contents[is_named].insert(request.content);
+      }
+      if (const auto* piece = std::get_if<protocol::BestPolicy>(&message)) best = piece->policy;
+    }
+    const RunRecord run = cluster.core->run_records().at(0);
+    for (const std::string& text : {best, run.best_policy, run.final_policy}) {
+      EXPECT_EQ(text.find(R"("signals":{"inputs":["time_s"],"outputs":["force_n"]})") !=
+                    std::string::npos,
+                is_named)
+          << text;
+    }
+  }
+  EXPECT_EQ(contents[true], contents[false]);
+}
+
 TEST(WatchersTest, TheEndTellsEverythingOnceMore) {
   Study study = small_study(20, 10);
   study.final_evaluations = 3;

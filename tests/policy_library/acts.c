@@ -1,6 +1,6 @@
 /* A program in C that acts with a policy. On standard input: the policy's text as one line, then
  * lines of numbers: "theta" and theta_dim numbers, or "act" and input_dim numbers, a roll-out of
- * its own; "and" with such numbers goes on with the roll-out. On standard
+ * its own; "and" with such numbers goes on with the roll-out; "names". On standard
  * output, line by line: what the policy gives, in hexadecimal; "error: REASON" where it gives none.
  * At the end of the input it tries what a wrong caller does. */
 #include <stdio.h>
@@ -44,6 +44,8 @@ static int wrong_calls(treeroll_policy *policy) {
   num_taken += treeroll_policy_start(NULL) == 0;
   num_taken += treeroll_policy_text(NULL, NULL, 0) != 0;
   num_taken += treeroll_policy_input_dim(NULL) != 0;
+  num_taken += treeroll_policy_input_name(NULL, 0)[0] != 0;
+  num_taken += treeroll_policy_output_name(NULL, 0)[0] != 0;
   treeroll_policy_free(NULL);
   return num_taken;
 }
@@ -68,6 +70,12 @@ int main(void) {
     } else if (strncmp(line, "get", 3) == 0) {
       const size_t count = treeroll_policy_theta_dim(policy);
       if (treeroll_policy_get_theta(policy, numbers, count) == 0) print_numbers(numbers, count);
+    } else if (strncmp(line, "names", 5) == 0) {
+      for (size_t i = 0; i <= treeroll_policy_input_dim(policy); ++i)
+        printf("%s ", treeroll_policy_input_name(policy, i));
+      for (size_t i = 0; i <= treeroll_policy_output_dim(policy); ++i)
+        printf("> %s", treeroll_policy_output_name(policy, i));
+      printf("\n");
     } else if (strncmp(line, "text", 4) == 0) {
       const size_t size = treeroll_policy_text(policy, NULL, 0);
       char *text = malloc(size);

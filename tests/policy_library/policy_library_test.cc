@@ -90,6 +90,9 @@ TEST(PolicyLibraryTest, KnowsEveryKind) {
       R"("kind": "rbf", "range": [0, 2], "layer": 1, "coefficients": [[1, 2, -3], [4, 0, 1]])",
       R"("kind": "dmp", "range": [0, 2], "layer": 1, "starts": [1.5],
          "coefficients": [[1, 2, -3, 0.5]])",
+      R"("kind": "ds_gmr", "range": [0, 2], "stiffness": 100, "attractor": {"frames": "cholesky",
+         "input_dim": 1, "layer": 1, "layout": "means", "layers": [[{"parent": -1, "prior": 1,
+         "mean": [1, 2], "covariance": [0.5, 0.3, 1]}]]})",
       R"("kind": "network", "ranges": [[-1, 1], [0, 3]], "outer": [[1, 2, 0.5]],
          "inner": [[1, -1, 0.3], [0.2, 2, -1]])"};
   test::RandomMixture random(99);
@@ -100,6 +103,21 @@ TEST(PolicyLibraryTest, KnowsEveryKind) {
     SCOPED_TRACE(std::string((*policy)->kind()));
     expect_same_bits(**policy, random);
   }
+}
+
+TEST(PolicyLibraryTest, SaysWhatInputsAndOutputsAreCalled) {
+  test::RandomMixture random(1);
+  const TreePolicy policy(TreeModel::from_global(FrameKind::kCholesky, {random.gmm(2, 3, 1)}, {{}}),
+                          1, ThetaLayout::kMeans);
+  ASSERT_EQ(policy.input_dim(), 2);
+  const std::string text = to_json(policy, {{"angle_rad", "rate_radps"}, {"torque_nm"}});
+  const std::vector<std::string> said = c_says(text + "\nnames\ntext\n");
+  EXPECT_EQ(said.at(1), "angle_rad rate_radps  > torque_nm> ");
+  EXPECT_EQ(said.at(2), text) << "they stay with it";
+  EXPECT_EQ(c_says(to_json(policy) + "\nnames\n").at(1), "   > > ");
+  std::string wrong = text;
+  wrong.replace(wrong.find("rate_radps"), 10, "angle_rad");
+  EXPECT_THAT(c_says(wrong + "\n").at(0), HasSubstr("error: policy: $.signals are wrong: inputs"));
 }
 
 TEST(PolicyLibraryTest, SaysWhyItDoesNotDoWhatItIsAsked) {
@@ -142,12 +160,14 @@ TEST(PolicyLibraryTest, ExportsItsInterfaceAlone) {
     names.insert(line.substr(0, line.find_first_of("@ ")));
   }
   names.erase("TREEROLL_POLICY_0");
-  EXPECT_THAT(names, testing::ElementsAre("treeroll_policy_act", "treeroll_policy_free",
-                                          "treeroll_policy_get_theta", "treeroll_policy_input_dim",
-                                          "treeroll_policy_last_error", "treeroll_policy_load",
-                                          "treeroll_policy_output_dim", "treeroll_policy_set_theta",
-                                          "treeroll_policy_start", "treeroll_policy_text",
-                                          "treeroll_policy_theta_dim", "treeroll_policy_version"));
+  EXPECT_THAT(names,
+              testing::ElementsAre("treeroll_policy_act", "treeroll_policy_free",
+                                   "treeroll_policy_get_theta", "treeroll_policy_input_dim",
+                                   "treeroll_policy_input_name", "treeroll_policy_last_error",
+                                   "treeroll_policy_load", "treeroll_policy_output_dim",
+                                   "treeroll_policy_output_name", "treeroll_policy_set_theta",
+                                   "treeroll_policy_start", "treeroll_policy_text",
+                                   "treeroll_policy_theta_dim", "treeroll_policy_version"));
 }
 
 }  // namespace

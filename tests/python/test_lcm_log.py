@@ -87,7 +87,7 @@ class LogTest(ProgramTest):
         path = self.log(event(0, "TREEROLL_JOURNAL", b"\1\2"), event(1, "A", key(3, 17)))
         said = self.run_program(PYTHON, "-m", "treeroll", "log", path)
         self.assertEqual(json.loads(said.stdout)["number"], 17)
-        self.assertIn("treeroll-replay DIR --export reads it", said.stderr)
+        self.assertIn("treeroll-replay DIR --export lcm makes messages of them", said.stderr)
         self.run_program(PYTHON, "-m", "treeroll", "log", path, "--csv", "--channel", "A", "--output",
                          "a.csv")
         self.assertEqual(self.rows(self.folder / "a.csv"),
@@ -154,6 +154,26 @@ class GeneratedTypesTest(ProgramTest):
             self.assertIn("function", file.read_text())
         for file in self.generated("--csharp", "--csharp-path", self.folder, pattern="**/*_t.cs"):
             self.assertIn("class " + file.stem, file.read_text())
+
+
+class ExportedJournalTest(ProgramTest):
+    """A journal as messages, read with nothing but the .lcm files."""
+
+    def test_every_message_is_understood(self):
+        (self.folder / "study.toml").write_text(STUDY.replace("2000", "40"))
+        self.run_program("treeroll-learner", "study.toml", "--local-workers", "1", "--lcm-url", lcm_url(5),
+                         "--state-dir", "state")
+        self.run_program("treeroll-replay", "state", "--export", "lcm", "--output", "state.lcmlog")
+        reader = Reader(self.folder / "state.lcmlog")
+        told = [(event.channel, fields) for event, fields in reader.messages()]
+        self.assertEqual(reader.unknown, {})
+        self.assertEqual({channel for channel, _ in told}, {
+            f"REPLAYED_TREEROLL_{name}" for name in
+            ("BEST", "DEFINITIONS", "LEARNER", "REWARDS", "ROLLOUTS", "RUNS", "WORKERS")})
+        rewards = [row["reward"] for row in self.rows(self.folder / "state/rollouts.csv")]
+        runs = [run for channel, run in told if channel == "REPLAYED_TREEROLL_RUNS"]
+        self.assertEqual([repr(run["last_reward"]) for run in runs if not run["done"]][-40:],
+                         [repr(float(reward)) for reward in rewards])
 
 
 class SubscriberTest(ProgramTest):

@@ -22,6 +22,27 @@ class PolicyTest(unittest.TestCase):
         with self.assertRaisesRegex(PolicyError, "use act"):
             policy(1.0)
 
+    def test_acts_by_name(self):
+        plain = Policy(policy_text(inputs=2, outputs=1))
+        self.assertEqual((plain.input_names, plain.output_names), ([], []))
+        with self.assertRaisesRegex(PolicyError, "names no inputs and outputs: use act"):
+            plain.act_named({"angle_rad": 1.0, "rate_radps": 2.0})
+        names = {"inputs": ["angle_rad", "rate_radps"], "outputs": ["torque_nm"]}
+        policy = Policy({**json.loads(plain.text), "signals": names})
+        self.assertEqual((policy.input_names, policy.output_names), tuple(names.values()))
+        given = policy.act([1.0, 2.0])
+        self.assertNotEqual(given, policy.act([2.0, 1.0]))
+        self.assertEqual(policy.act_named({"rate_radps": 2.0, "angle_rad": 1.0}), {"torque_nm": given[0]})
+        for inputs in ({"angle_rad": 1.0}, {"angle_rad": 1.0, "rate_radps": 2.0, "time_s": 0.0},
+                       {"angle_rad": 1.0, "rate_dps": 2.0}, {}):
+            with self.assertRaisesRegex(PolicyError, "must be angle_rad, rate_radps"):
+                policy.act_named(inputs)
+        with self.assertRaisesRegex(PolicyError, "finite"):
+            policy.act_named({"angle_rad": 1.0, "rate_radps": math.nan})
+        self.assertEqual(json.loads(policy.text)["signals"], names)
+        with self.assertRaisesRegex(PolicyError, "each name must be there once"):
+            Policy({**json.loads(plain.text), "signals": {**names, "inputs": ["q", "q"]}})
+
     def test_theta_changes_what_it_does(self):
         policy = Policy(policy_text())
         self.assertEqual(policy.theta, [0.5, 0.25])

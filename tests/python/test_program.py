@@ -42,7 +42,8 @@ class Other(treeroll.Task):
     name = "another"
 
     def describe(self):
-        return treeroll.Description(2, 3, 1.0, reward_max=7, version="2", repeatable=False)
+        return treeroll.Description(2, 3, 1.0, reward_max=7, version="2", repeatable=False,
+                                    inputs=["t_s", "q_rad"], outputs=("x", "y", "z"))
 
 
 def answers(*requests, tasks=(Reach, Other)):
@@ -69,6 +70,8 @@ class ProgramLinesTest(unittest.TestCase):
             "deterministic": False,
             "settings": {"goal_m": 1, "mode": "well", "steps": 3, "fast": False, "weights": [1, 2]}})
         self.assertEqual((other["version"], other["repeatable"], other["settings"]), ("2", False, {}))
+        self.assertEqual((other["inputs"], other["outputs"]), (["t_s", "q_rad"], ["x", "y", "z"]))
+        self.assertNotIn("inputs", said)
 
     def test_refuses_settings_and_names_the_rule(self):
         for settings, rule in (

@@ -60,6 +60,22 @@ constexpr const char* kTraced =
     "policy_inputs": ["time_s"], "policy_outputs": ["x_m"],
     "poses": [[[0, 0, 1, 1]], [[0, 0, null, 1]]]}})";
 
+/// A task that names no terms has the report it had before.
+TEST_F(ReportFiguresTest, TermsOfARewardHaveATableWhereTheTaskNamesThem) {
+  learn_into(folder_ / "study", tree_study(""));
+  const std::string plain = report("plain", worker(kTraced));
+  EXPECT_THAT(plain, Not(HasSubstr("is made of")));
+  EXPECT_THAT(content("plain/report.json"), Not(HasSubstr("\"terms\"")));
+  std::string answer = kTraced;
+  answer.insert(answer.find("\"status\""), R"("terms": {"miss|m": 0.125, "lost": null}, )");
+  const std::string told = report("told", worker(answer));
+  EXPECT_THAT(told, HasSubstr("What the reward of a roll-out is made of"));
+  EXPECT_THAT(told, HasSubstr("| tree | lost | nan | nan |"));
+  EXPECT_THAT(told, HasSubstr("| 0.125 | 0.125 |"));
+  EXPECT_THAT(content("told/report.json"), HasSubstr("\"terms\""));
+  EXPECT_THAT(content("told/report.html"), HasSubstr("miss|m"));
+}
+
 TEST_F(ReportFiguresTest, NoiseIsThatOfTheRunsToTheBit) {
   const auto learnt = learn_into(folder_ / "study", tree_study(""));
   EXPECT_GT(learnt.num_switches, 0);

@@ -252,6 +252,37 @@ TEST_F(StandaloneStudyTest, WhatATaskHasResolvedIsPartOfTheStudy) {
       HasSubstr("task.described: description.time_limit_s"));
 }
 
+TEST_F(StandaloneStudyTest, WhatATaskCallsItsSignalsIsKeptBesideWhatWorkersAreSent) {
+  TaskDescription description{
+      .input_dim = 1, .output_dim = 1, .reward_max = 1, .time_limit_s = 7, .version = "5"};
+  resolve_task(*loaded_, 0, "{}", description);
+  const std::string content = loaded_->study.conditions[0].task_content;
+  EXPECT_TRUE(loaded_->study.conditions[0].signals.empty());
+  const std::vector<std::string> of_demonstration = loaded_->columns[0];
+  EXPECT_EQ(load_study(StudyText(loaded_->resolved.to_toml("")).path(), {}).columns[0],
+            of_demonstration);
+
+  description.signals = {{"time_s"}, {"force_n"}};
+  resolve_task(*loaded_, 0, "{}", description);
+  EXPECT_EQ(loaded_->study.conditions[0].task_content, content);
+  const StudyText file(loaded_->resolved.to_toml(""));
+  const LoadedStudy again = load_study(file.path(), {});
+  EXPECT_EQ(again.study.conditions[0].task_content, content);
+  EXPECT_EQ(again.study.conditions[0].signals, description.signals);
+  EXPECT_EQ(again.columns[0], (std::vector<std::string>{"time_s", "force_n"}));
+  EXPECT_EQ(again.resolved.to_toml(""), loaded_->resolved.to_toml(""));
+
+  EXPECT_NO_THROW(check_task(again, 0, {1, 1}));
+  EXPECT_NO_THROW(check_task(again, 0, {1, 1, description.signals}));
+  try {
+    check_task(again, 0, {1, 1, {{"time_s"}, {"force_kn"}}});
+    FAIL() << "another task";
+  } catch (const StudyError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("task.described: in the study the task's outputs are "
+                                        "force_n, here they are force_kn"));
+  }
+}
+
 TEST_F(StandaloneStudyTest, ALargeDemonstrationIsHeldToo) {
   std::ofstream demonstration(file_.folder() / "demo.csv");
   demonstration << "t,u\n";

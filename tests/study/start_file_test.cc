@@ -64,6 +64,34 @@ TEST(StartFileTest, TheResolvedStudyHoldsThePolicyItself) {
   EXPECT_EQ(again.resolved.to_toml(""), loaded.resolved.to_toml(""));
 }
 
+TEST(StartFileTest, ThePolicyKeepsItsNamesAndMustBeOneOfTheTask) {
+  const StudyText small(study_test::kSmallStudy);
+  const LoadedStudy described = load_study(small.path(), {});
+  const SignalNames names{{"time_s"}, {"force_n"}};
+  const PolicyPtr start = described.study.conditions[0].start;
+  ASSERT_EQ(start->input_dim() + start->output_dim(), 2);
+  const StudyText study(starting_from("learnt.json"));
+  write(study.folder() / "learnt.json", to_json(*start, names));
+  const LoadedStudy loaded = load_study(study.path(), {});
+  EXPECT_EQ(loaded.study.conditions[0].signals, names);
+  EXPECT_EQ(to_json(*loaded.study.conditions[0].start), to_json(*start)) << "what workers are sent";
+  const StudyText resolved(loaded.resolved.to_toml(""));
+  EXPECT_EQ(load_study(resolved.path(), {}).study.conditions[0].signals, names);
+
+  EXPECT_NO_THROW(check_task(loaded, 0, {1, 1, names}));
+  EXPECT_NO_THROW(check_task(loaded, 0, {1, 1}));
+  EXPECT_NO_THROW(check_task(described, 0, {1, 1, names}));
+  EXPECT_THAT(error_of(study,
+                       [](const fs::path& path) {
+                         check_task(load_study(path, {}), 0, {1, 1, {{"phase"}, {"force_n"}}});
+                       }),
+              HasSubstr("policy.start_file: the policy's inputs are time_s, those of the task are "
+                        "phase: must be a policy of this task, or name no signals"));
+  write(study.folder() / "learnt.json", to_json(*start, {{"time_s", "b"}, {"force_n"}}));
+  EXPECT_THAT(error_of(study, [](const fs::path& path) { (void)load_study(path, {}); }),
+              HasSubstr("$.signals are wrong: inputs: has 2 names, must have 1"));
+}
+
 TEST(StartFileTest, ErrorsNameTheLineAndTheFile) {
   const auto error_with = [](const std::string& policy_lines, const std::string& file_text) {
     const StudyText study(with("model = \"top_down_tree\"", policy_lines));

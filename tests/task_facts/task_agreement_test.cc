@@ -80,6 +80,16 @@ TEST(TaskAgreementTest, AnotherDescriptionOrVersionIsNamed) {
             std::string("task.described.version = \"4\": was \"3\" when the study began") + kEnd);
 }
 
+/// A study that began before its task named its signals goes on, and journals keep their hashes.
+TEST(TaskAgreementTest, NamesOfSignalsAreNoPartOfWhatATaskIs) {
+  TaskDescription named = kReachDescription;
+  named.signals = {{"t_s"}, {"x_m"}};
+  EXPECT_EQ(task_content("reach", kSettings, &named),
+            task_content("reach", kSettings, &kReachDescription));
+  EXPECT_EQ(disagreement(kSettings, named), "");
+  EXPECT_EQ(treeroll::disagreement(kReachDescription, named), std::nullopt);
+}
+
 TEST(TaskAgreementTest, WhatNobodyHasResolvedMayComeToAnything) {
   const json content = json::parse(task_content("reach", json::object(), nullptr));
   EXPECT_NO_THROW(check_agreement(content, kSettings, kReachDescription));

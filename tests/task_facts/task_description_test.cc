@@ -73,6 +73,22 @@ TEST(TaskDescriptionTest, IsRefusedWithTheMemberThatBreaksItsRule) {
   }
 }
 
+TEST(TaskDescriptionTest, NamesItsSignalsBesideWhatItIs) {
+  TaskDescription named = kDescription;
+  named.signals = {{"angle_rad", "rate_radps"}, {"x_n", "y_n", "z_n"}};
+  EXPECT_EQ(to_json(named), to_json(kDescription)) << "names decide nothing";
+  const json whole = to_json_with_signals(named);
+  EXPECT_EQ(whole["inputs"], json({"angle_rad", "rate_radps"}));
+  EXPECT_EQ(*task_description_from_json(whole.dump()), named);
+  EXPECT_EQ(to_json_with_signals(kDescription), to_json(kDescription));
+  EXPECT_NE(error_with("inputs", {"angle_rad"}).find("inputs: has 1 names, must have 2"),
+            std::string::npos)
+      << error_with("inputs", {"angle_rad"});
+  EXPECT_NE(error_with("inputs", {"angle_rad", "rate_radps"}).find("outputs: has 0 names"),
+            std::string::npos);
+  EXPECT_NE(error_with("outputs", 3).find("description.outputs"), std::string::npos);
+}
+
 TEST(TaskDescriptionTest, IsRefusedWhenAMemberIsMissing) {
   const json whole = to_json(kDescription);
   for (const auto& [key, value] : whole.items()) {

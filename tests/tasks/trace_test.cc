@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "common/numbers/elementary.h"
 #include "tests/tasks/rollouts.h"
@@ -42,11 +43,96 @@ TEST(TraceTest, TheLeastCostOfASwingUpsTraceGivesItsRewardToTheBit) {
   }
 }
 
+/// Whoever asks for terms alone gets the same ones, and no rows.
+TEST(TraceTest, TheTermsOfASwingUpAddUpToItsLeastCost) {
+  for (const char* settings :
+       {R"({"plant": "rk4", "step_s": 0.005})", R"({"plant": "dopri5", "output_step_s": 0.01})"}) {
+    const auto task = standard_task("swing_up", settings);
+    Trace whole;
+    Trace terms(Trace::Kept::kTerms);
+    const double reward = evaluate_traced(*task, line(3, -2), 0, whole).reward();
+    EXPECT_EQ(evaluate_traced(*task, line(3, -2), 0, terms).reward(), reward);
+    EXPECT_EQ(terms.terms(), whole.terms());
+    EXPECT_TRUE(terms.numbers().empty() && terms.poses().empty());
+    EXPECT_FALSE(whole.numbers().empty());
+    const double cost = terms.terms().at("least_cost");
+    EXPECT_EQ(elementary::exp(-.25 * cost), reward);
+    EXPECT_EQ(terms.terms().at("least_cost_angles") + terms.terms().at("least_cost_cart") +
+                  terms.terms().at("least_cost_rates"),
+              cost);
+    // Where the trace has its least cost.
+    const double time_s = terms.terms().at("least_cost_time_s");
+    for (std::size_t row = 0; row < whole.numbers().size(); row += 9) {
+      if (whole.numbers()[row] == time_s) {
+        EXPECT_EQ(whole.numbers()[row + 8], cost);
+      }
+      EXPECT_GE(whole.numbers()[row + 8], cost);
+    }
+  }
+}
+
+TEST(TraceTest, TheTermsOfHoldingAddUpToItsMeanCost) {
+  const auto task = standard_task("hold", R"({"plant": "rk4", "step_s": 0.005})");
+  Trace trace(Trace::Kept::kTerms);
+  const Gmm nothing(6, {{1, Eigen::VectorXd::Zero(7), Eigen::MatrixXd::Identity(7, 7)}});
+  const double reward = evaluate_traced(*task, nothing, 0, trace).reward();
+  const double cost = trace.terms().at("mean_cost");
+  EXPECT_EQ(elementary::exp(-10 * cost), reward);
+  EXPECT_NEAR(trace.terms().at("mean_cost_angles") + trace.terms().at("mean_cost_cart") +
+                  trace.terms().at("mean_cost_rates"),
+              cost, 1e-12 * cost);
+}
+
+TEST(TraceTest, TermsHaveNamesAndAreBounded) {
+  Trace trace;
+  trace.set_term("effort", 1);
+  trace.set_term("effort", 2);
+  EXPECT_EQ(trace.terms().at("effort"), 2);
+  EXPECT_THROW(trace.set_term("", 1), std::invalid_argument);
+  EXPECT_THROW(trace.set_term(std::string(65, 'x'), 1), std::invalid_argument);
+  for (int i = 1; i < 64; ++i) trace.set_term(std::to_string(i), i);
+  EXPECT_THROW(trace.set_term("one more", 1), std::invalid_argument);
+  trace.set_term("63", 0);
+  EXPECT_EQ(trace.terms().size(), 64U);
+}
+
 TEST(TraceTest, ADivergedSwingUpIsTracedAsFarAsItWent) {
   const auto task = standard_task("swing_up", R"({"plant": "dopri5", "steps_max": 100})");
   Trace trace;
   EXPECT_EQ(evaluate_traced(*task, line(3, -2), 0, trace).status(), RolloutStatus::kDiverged);
   EXPECT_GT(trace.numbers().size(), 0U);
+}
+
+TEST(TraceTest, TheSignalsOfEachTaskAreColumnsOfItsTrace) {
+  const std::vector<std::pair<std::string, std::string>> tasks = {
+      {"hold", "{}"},
+      {"hold", R"({"feedback": "lqr"})"},
+      {"spiral", "{}"},
+      {"swing_up", "{}"},
+      {"swing_up", R"({"feedback": "lqr"})"},
+      {"track", "{}"},
+      {"trajectory", R"({"goal": {"outputs": [0, 1], "deviations": [0.3, 0.3]}})"},
+      {"trajectory", R"({"goal": {"columns": ["t_s", "x_m"], "rows": [[0, 1], [1, 2]]}})"}};
+  for (const auto& [name, settings] : tasks) {
+    const auto task = standard_task(name, settings);
+    const TaskDescription description = task->description();
+    ASSERT_FALSE(description.signals.empty()) << name;
+    EXPECT_EQ(fault_of(description.signals, description.input_dim, description.output_dim),
+              std::nullopt);
+    Trace trace;
+    const int dim = description.input_dim + description.output_dim;
+    const Gmm nothing(description.input_dim, {{.prior = 1,
+                                               .mean = Eigen::VectorXd::Zero(dim),
+                                               .covariance = Eigen::MatrixXd::Identity(dim, dim)}});
+    const Outcome outcome = evaluate_traced(*task, nothing, 0, trace);
+    EXPECT_EQ(trace.policy_inputs(), description.signals.inputs) << name << outcome.reason();
+    EXPECT_EQ(trace.policy_outputs(), description.signals.outputs) << name;
+  }
+  // A goal from a file may call its columns anything: then they are no signals.
+  const auto odd = standard_task(
+      "trajectory", R"({"goal": {"columns": ["t", "x in m"], "rows": [[0, 1], [1, 2]]}})");
+  EXPECT_TRUE(odd->description().signals.empty());
+  EXPECT_TRUE(standard_task("synthetic", "{}")->description().signals.empty());
 }
 
 TEST(TraceTest, ATaskThatDoesNotOverrideItRecordsNothing) {

@@ -16,7 +16,7 @@ namespace {
 /// The tasks of a study, each made once.
 class Tasks {
  public:
-  Tasks() { add_standard_tasks(registry_); }
+  explicit Tasks(const TaskRegistry& registry) : registry_(registry) {}
 
   Task& get(const std::string& content) {
     std::unique_ptr<Task>& task = tasks_[content];
@@ -29,7 +29,7 @@ class Tasks {
   }
 
  private:
-  TaskRegistry registry_;
+  const TaskRegistry& registry_;
   std::map<std::string, std::unique_ptr<Task>> tasks_;
 };
 
@@ -70,8 +70,16 @@ class Learning {
 
 std::vector<RunRecord> run_study(const std::filesystem::path& file,
                                  const std::vector<std::string>& overrides) {
+  TaskRegistry registry;
+  add_standard_tasks(registry);
+  return run_study(file, overrides, registry);
+}
+
+std::vector<RunRecord> run_study(const std::filesystem::path& file,
+                                 const std::vector<std::string>& overrides,
+                                 const TaskRegistry& registry) {
   const Study study = load_study(file, overrides).study;
-  Tasks tasks;
+  Tasks tasks(registry);
   std::deque<Learning> all;
   std::map<std::string, std::vector<Learning*>> by_task;
   for (int run = 0; run < study.num_runs(); ++run) {

@@ -108,6 +108,9 @@ TEST(EvaluatorLinesTest, WhatIsNoAnswerFailsTheRolloutAndNamesTheRule) {
   EXPECT_THAT(reason(R"({"reward": -1e-300})"), HasSubstr("outside its range"));
   EXPECT_THAT(reason(R"({"reward": 1, "rewrad": 1})"), HasSubstr("'rewrad'"));
   EXPECT_THAT(reason(R"({"reward": 1, "terms": {"a": "b"}})"), HasSubstr("'terms'"));
+  EXPECT_THAT(reason(R"({"reward": 1, "terms": {"": 1}})"), HasSubstr("name of a term"));
+  EXPECT_THAT(reason(R"({"reward": 1, "terms": {")" + std::string(65, 'x') + R"(": 1}})"),
+              HasSubstr("must have 1 to 64 bytes"));
   EXPECT_THAT(reason(R"({"failed": 1})"), HasSubstr("string"));
 }
 

@@ -92,9 +92,9 @@ json to_json(const Trace& trace) {
 }
 
 /// A signal that ends the user's program ends this one, which tells the caller.
-Outcome evaluate(EvaluatedTask& task, const Trial& trial, Trace* trace) {
+Outcome evaluate(EvaluatedTask& task, const Trial& trial, Trace& trace) {
   try {
-    return task.evaluate(trial, trace);
+    return task.evaluate(trial, &trace);
   } catch (const ProgramEnded& ended) {
     if (!ended.end.exited) end_likewise(false, ended.end.code);
     return Outcome::failed(RolloutStatus::kCrashed, bounded(ended.what, kOutcomeReasonBytesMax));
@@ -113,10 +113,9 @@ int evaluate_policy(TaskSource& tasks) {
     const PolicyPtr policy = read_policy(request.policy, description);
     turn_off_core_dumps();
     tasks.limit_cpu_time(description.time_limit_s);
-    Trace trace;
+    Trace trace(request.trace ? Trace::Kept::kAll : Trace::Kept::kTerms);
     const auto start = std::chrono::steady_clock::now();
-    const Outcome outcome =
-        evaluate(*task, {.policy = policy, .seed = request.seed}, request.trace ? &trace : nullptr);
+    const Outcome outcome = evaluate(*task, {.policy = policy, .seed = request.seed}, trace);
     const std::chrono::duration<double> duration_s = std::chrono::steady_clock::now() - start;
     if (!trace.is_complete()) {
       throw ConfigError("trace", "",
@@ -130,7 +129,7 @@ int evaluate_policy(TaskSource& tasks) {
                 {"status", name(outcome.status())},
                 {"reason", outcome.reason()},
                 {"duration_s", duration_s.count()}}}};
-    if (!task->terms().empty()) said["evaluation"]["terms"] = task->terms();
+    if (!trace.terms().empty()) said["evaluation"]["terms"] = trace.terms();
     if (request.trace) said["trace"] = to_json(trace);
     return answer.give(said);
   } catch (const ConfigError& error) {

@@ -7,6 +7,7 @@
 #include "workers/app/checked_evaluation.h"
 #include "workers/app/process_limits.h"
 #include "workers/app/task_content.h"
+#include "workers/tasks/trace.h"
 #include "workers/user_program/user_program.h"
 
 namespace treeroll::worker {
@@ -26,8 +27,6 @@ class OwnTask : public EvaluatedTask {
     return evaluate_checked(*task_, description_, *controller, trial.seed, trace);
   }
 
-  const std::map<std::string, double>& terms() const override { return terms_; }
-
   bool side_by_side() const override { return task_->side_by_side(); }
 
   std::optional<std::vector<Outcome>> evaluate_all(std::span<const Trial> trials) override {
@@ -43,7 +42,6 @@ class OwnTask : public EvaluatedTask {
  private:
   std::unique_ptr<Task> task_;
   TaskDescription description_;
-  std::map<std::string, double> terms_;
 };
 
 class OwnTasks : public TaskSource {
@@ -67,18 +65,18 @@ class ProgramTask : public EvaluatedTask {
   const TaskDescription& description() const override { return description_; }
 
   Outcome evaluate(const Trial& trial, Trace* trace) override {
-    EvaluateAnswer answer = program_.evaluate(
-        {trial.run, trial.rollout, trial.seed, to_json(*trial.policy)}, description_, trace);
-    terms_ = std::move(answer.terms);
+    const EvaluateAnswer answer = program_.evaluate(
+        {trial.run, trial.rollout, trial.seed, to_json(*trial.policy, description_.signals)},
+        description_, trace != nullptr && trace->keeps_rows() ? trace : nullptr);
+    for (const auto& [name, number] : answer.terms) {
+      if (trace != nullptr) trace->set_term(name, number);
+    }
     return answer.outcome;
   }
-
-  const std::map<std::string, double>& terms() const override { return terms_; }
 
  private:
   UserProgram& program_;
   TaskDescription description_;
-  std::map<std::string, double> terms_;
 };
 
 class ProgramTasks : public TaskSource {

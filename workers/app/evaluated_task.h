@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -31,10 +30,8 @@ class EvaluatedTask {
  public:
   virtual ~EvaluatedTask() = default;
   virtual const TaskDescription& description() const = 0;
-  /// @param trace  receives the roll-out step by step; may be null
+  /// @param trace  receives the roll-out step by step, or its terms alone; may be null
   virtual Outcome evaluate(const Trial& trial, Trace* trace) = 0;
-  /// What the reward of the last evaluation is made of, by name, if the task says so.
-  virtual const std::map<std::string, double>& terms() const = 0;
   /// Whether evaluate_all() is more than one after the other.
   virtual bool side_by_side() const { return false; }
   /// Each to the bit as evaluate() gives it. Nothing if they are to be evaluated one by one.

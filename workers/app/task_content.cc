@@ -41,6 +41,8 @@ void check(const TaskDescription& description, const std::string& name) {
   require(description.version.size() <= kTaskVersionBytesMax,
           fmt::format("a version of {} bytes: must have at most {}", description.version.size(),
                       kTaskVersionBytesMax));
+  const auto fault = fault_of(description.signals, description.input_dim, description.output_dim);
+  require(!fault, "its signals, " + fault.value_or(""));
 }
 
 json parse(const std::string& content) {
@@ -98,7 +100,8 @@ int describe_task(TaskSource& tasks) {
     json resolved;
     const std::unique_ptr<EvaluatedTask> task =
         tasks.make(read_standard_input("task", kInputBytesMax), resolved);
-    return answer.give({{"description", to_json(task->description())}, {"settings", resolved}});
+    return answer.give(
+        {{"description", to_json_with_signals(task->description())}, {"settings", resolved}});
   } catch (const ConfigError& error) {
     return answer.refuse(error);
   } catch (const ProgramEnded& ended) {

@@ -98,16 +98,20 @@ class Conformance {
   bool find_policies() {
     const int num_in = task_.description.input_dim;
     const int num_out = task_.description.output_dim;
+    const SignalNames& signals = task_.description.signals;
     if (!run_.policy.empty()) {
-      const Result<PolicyPtr> policy = standard_policies().from_json(run_.policy);
+      const Result<NamedPolicy> named = standard_policies().named_from_json(run_.policy);
       const bool fits =
-          policy && (*policy)->input_dim() == num_in && (*policy)->output_dim() == num_out;
+          named && named->policy->input_dim() == num_in && named->policy->output_dim() == num_out;
       if (!fits) {
         throw ConfigError(kPolicyOption, "",
                           fmt::format("must be a policy of {} inputs and {} outputs{}", num_in,
-                                      num_out, policy ? "" : ": " + policy.error().message));
+                                      num_out, named ? "" : ": " + named.error().message));
       }
-      policy_ = to_json(**policy);
+      if (const auto other = difference(named->signals, "those of the task are", signals)) {
+        throw ConfigError(kPolicyOption, "", "its " + *other);
+      }
+      policy_ = to_json(*named->policy, signals);
       return true;
     }
     if (num_in + num_out > kSampleDimMax) {
@@ -116,9 +120,9 @@ class Conformance {
                       num_out));
       return false;
     }
-    policy_ = to_json(*sample_policy(num_in, num_out, 3, .5));
-    other_policy_ = to_json(*sample_policy(num_in, num_out, 3, -.25));
-    long_policy_ = to_json(*sample_policy(num_in, num_out, kManyGaussians, .5));
+    policy_ = to_json(*sample_policy(num_in, num_out, 3, .5), signals);
+    other_policy_ = to_json(*sample_policy(num_in, num_out, 3, -.25), signals);
+    long_policy_ = to_json(*sample_policy(num_in, num_out, kManyGaussians, .5), signals);
     return true;
   }
 

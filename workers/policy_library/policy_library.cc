@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/base/result.h"
 #include "common/policy/kinds/standard_policies.h"
@@ -17,6 +18,7 @@
 
 struct treeroll_policy {  // NOLINT(readability-identifier-naming): C has no namespaces
   treeroll::PolicyPtr policy;
+  treeroll::SignalNames signals;
   std::unique_ptr<treeroll::Controller> controller;
 };
 
@@ -88,6 +90,10 @@ std::size_t dim_of(const treeroll_policy* policy, int (treeroll::Policy::*dim)()
   return policy == nullptr ? 0 : static_cast<std::size_t>((policy->policy.get()->*dim)());
 }
 
+const char* name_at(const std::vector<std::string>& names, std::size_t index) {
+  return index < names.size() ? names[index].c_str() : "";
+}
+
 }  // namespace
 
 const char* treeroll_policy_version() { return TREEROLL_VERSION; }
@@ -98,10 +104,11 @@ treeroll_policy* treeroll_policy_load(const char* json) {
   return guarded<treeroll_policy*>(nullptr, [&] {
     require(json != nullptr, "the policy's text is NULL");
     static const treeroll::PolicyRegistry kinds = treeroll::standard_policies();
-    treeroll::Result<treeroll::PolicyPtr> read = kinds.from_json(json);
+    treeroll::Result<treeroll::NamedPolicy> read = kinds.named_from_json(json);
     if (!read) throw std::invalid_argument(read.error().message);
-    auto controller = (*read)->controller();
-    return new treeroll_policy{*std::move(read), std::move(controller)};
+    auto controller = read->policy->controller();
+    return new treeroll_policy{std::move(read->policy), std::move(read->signals),
+                               std::move(controller)};
   });
 }
 
@@ -117,6 +124,14 @@ size_t treeroll_policy_output_dim(const treeroll_policy* policy) {
 
 size_t treeroll_policy_theta_dim(const treeroll_policy* policy) {
   return dim_of(policy, &treeroll::Policy::theta_dim);
+}
+
+const char* treeroll_policy_input_name(const treeroll_policy* policy, size_t index) {
+  return policy == nullptr ? "" : name_at(policy->signals.inputs, index);
+}
+
+const char* treeroll_policy_output_name(const treeroll_policy* policy, size_t index) {
+  return policy == nullptr ? "" : name_at(policy->signals.outputs, index);
 }
 
 int treeroll_policy_get_theta(const treeroll_policy* policy, double* theta, size_t size) {
@@ -168,7 +183,7 @@ int treeroll_policy_act(treeroll_policy* policy, const double* input, size_t inp
 size_t treeroll_policy_text(const treeroll_policy* policy, char* text, size_t size) {
   return guarded<size_t>(0, [&] {
     require(policy != nullptr, "the policy must not be NULL");
-    const std::string now = to_json(*policy->policy);
+    const std::string now = to_json(*policy->policy, policy->signals);
     if (text != nullptr && size > now.size()) std::memcpy(text, now.c_str(), now.size() + 1);
     return now.size() + 1;
   });

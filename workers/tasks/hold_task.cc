@@ -69,7 +69,14 @@ TaskDescription HoldTask::description() const {
           .reward_min = 0,
           .reward_max = 1,
           .time_limit_s = time_limit_s_,
-          .deterministic = plant_.deterministic()};
+          .deterministic = plant_.deterministic(),
+          .signals = signals()};
+}
+
+/// Where something else holds as well, its acceleration and the policy's are two.
+SignalNames HoldTask::signals() const {
+  return {{"phi1_rad", "phi2_rad", "y_m", "phi1_rate_radps", "phi2_rate_radps", "y_rate_mps"},
+          {holding_ ? "policy_mps2" : "cart_acceleration_mps2"}};
 }
 
 Outcome HoldTask::evaluate(Controller& controller, std::uint64_t seed) {
@@ -77,14 +84,13 @@ Outcome HoldTask::evaluate(Controller& controller, std::uint64_t seed) {
 }
 
 Outcome HoldTask::evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) {
-  const std::vector<std::string> inputs = {"phi1_rad",        "phi2_rad",        "y_m",
-                                           "phi1_rate_radps", "phi2_rate_radps", "y_rate_mps"};
+  const auto [inputs, outputs] = signals();
   std::vector<std::string> columns = {"time_s"};
   columns.insert(columns.end(), inputs.begin(), inputs.end());
   columns.insert(columns.end(), {"cart_acceleration_mps2", "cost"});
   if (holding_) columns.insert(columns.end(), {"policy_mps2", "holds"});
   trace.set_columns(columns);
-  trace.set_policy_columns(inputs, {holding_ ? "policy_mps2" : "cart_acceleration_mps2"});
+  trace.set_policy_columns(inputs, outputs);
   return roll_out(controller, seed, &trace);
 }
 
@@ -111,6 +117,9 @@ Outcome HoldTask::roll_out(Controller& controller, std::uint64_t seed, Trace* tr
       seed, start_, [&](sim::CartPendulumPlant& plant, const sim::CartPendulumState& start) {
         controller.start();
         TimeMean cost;
+        TimeMean angles;
+        TimeMean cart;
+        TimeMean rates;
         Holding holding(holding_.value_or(HoldingRule{}));
         const auto end = plant.simulate(
             start, duration_s_, feedback,
@@ -120,6 +129,10 @@ Outcome HoldTask::roll_out(Controller& controller, std::uint64_t seed, Trace* tr
               cost.see(time_s, now);
               holding.see(time_s, x);
               if (trace == nullptr) return true;
+              const SwingUpCost terms = swing_up_terms(x);
+              angles.see(time_s, terms.angles);
+              cart.see(time_s, terms.cart);
+              rates.see(time_s, terms.rates);
               std::vector<double> row = {time_s,      x.phi1,      x.phi2,   x.y,
                                          x.phi1_rate, x.phi2_rate, x.y_rate, cart_acceleration_mps2,
                                          now};
@@ -129,6 +142,12 @@ Outcome HoldTask::roll_out(Controller& controller, std::uint64_t seed, Trace* tr
               trace->add_row(row);
               return true;
             });
+        if (trace != nullptr) {
+          trace->set_term("mean_cost", cost.mean());
+          trace->set_term("mean_cost_angles", angles.mean());
+          trace->set_term("mean_cost_cart", cart.mean());
+          trace->set_term("mean_cost_rates", rates.mean());
+        }
         if (!end) return Outcome::failed(RolloutStatus::kDiverged, end.error().message);
         return Outcome::ok(elementary::exp(-alpha_ * cost.mean()));
       });

@@ -42,6 +42,7 @@ class HoldTask : public Task {
   Outcome evaluate_traced(Controller& controller, std::uint64_t seed, Trace& trace) override;
 
  private:
+  SignalNames signals() const;
   /// @param trace  may be null
   Outcome roll_out(Controller& controller, std::uint64_t seed, Trace* trace);
 

@@ -65,7 +65,8 @@ TaskDescription SwingUpAndHoldTask::description() const {
           .reward_min = 0,
           .reward_max = 1,
           .time_limit_s = swing_up_.time_limit_s,
-          .deterministic = plant_.deterministic()};
+          .deterministic = plant_.deterministic(),
+          .signals = {{"time_s"}, {"feed_forward_mps2"}}};
 }
 
 Outcome SwingUpAndHoldTask::evaluate(Controller& controller, std::uint64_t seed) {

@@ -11,6 +11,13 @@ namespace treeroll {
 /// Distance of a state from upright, at rest, in the middle of the track; thesis (4-6). The angles
 /// count as they are, not modulo a turn: going once round is not upright.
 double swing_up_cost(const sim::CartPendulumState& state);
+/// The terms of that sum.
+struct SwingUpCost {
+  double angles;
+  double cart;  ///< its place
+  double rates;
+};
+SwingUpCost swing_up_terms(const sim::CartPendulumState& state);
 
 /// The keys of SwingUpTask, which swinging up and holding has too. Throws ConfigError.
 TimeDrivenSettings read_swing_up_settings(SettingsReader& settings);

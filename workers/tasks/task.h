@@ -70,8 +70,8 @@ class Task {
   /// themselves, and nothing that one roll-out leaves behind reaches the next.
   virtual bool side_by_side() const { return false; }
   /// The same evaluation, to the bit, that also records what happens on the way
-  /// (workers/tasks/trace.h), for treeroll-evaluate --trace. A task that does not override it
-  /// records nothing. Learning never calls it.
+  /// (workers/tasks/trace.h), and what the reward is made of, for treeroll-evaluate, the report and
+  /// the page. A task that does not override it records nothing. Learning never calls it.
   virtual Outcome evaluate_traced(Controller& controller, std::uint64_t seed, Trace& /*trace*/) {
     return evaluate(controller, seed);
   }

@@ -24,7 +24,8 @@ TaskDescription TimeDrivenTask::description() const {
           .reward_min = 0,
           .reward_max = 1,
           .time_limit_s = time_limit_s_,
-          .deterministic = plant_.deterministic()};
+          .deterministic = plant_.deterministic(),
+          .signals = {{"time_s"}, {"cart_acceleration_mps2"}}};
 }
 
 Outcome TimeDrivenTask::evaluate(Controller& controller, std::uint64_t seed) {
@@ -67,6 +68,7 @@ Outcome TimeDrivenTask::roll_out(Controller& controller, std::uint64_t seed, Tra
               [&](std::size_t, double time_s, const sim::CartPendulumState& s, double input) {
                 see(time_s, s, input);
               });
+          if (trace != nullptr) so_far->tell_terms(*trace);
           return outcome(ends[0], so_far->loss());
         }
         controller.start();
@@ -74,6 +76,7 @@ Outcome TimeDrivenTask::roll_out(Controller& controller, std::uint64_t seed, Tra
             start, duration_s_,
             [&](double time_s, const sim::CartPendulumState&) { return controller.act(time_s); },
             see);
+        if (trace != nullptr) so_far->tell_terms(*trace);
         return outcome(end, so_far->loss());
       });
 }

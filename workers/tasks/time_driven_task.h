@@ -46,6 +46,8 @@ class TimeDrivenTask : public Task {
     virtual void append_columns(std::vector<double>& row) const = 0;
     /// Of the whole roll-out, >= 0.
     virtual double loss() const = 0;
+    /// What the loss is made of.
+    virtual void tell_terms(Trace& /*trace*/) const {}
   };
 
   explicit TimeDrivenTask(const TimeDrivenSettings& settings);

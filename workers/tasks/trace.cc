@@ -1,6 +1,9 @@
 #include "workers/tasks/trace.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include "common/base/check.h"
@@ -36,10 +39,23 @@ void Trace::add_row(std::initializer_list<double> numbers) {
 void Trace::add_row(std::span<const double> numbers) {
   CHECK(!columns_.empty() && numbers.size() == columns_.size(),
         "a row of a trace has a number for each column");
+  if (!keeps_rows()) return;
   if (has_room_for(numbers.size())) numbers_.insert(numbers_.end(), numbers.begin(), numbers.end());
 }
 
+void Trace::set_term(const std::string& name, double number) {
+  if (name.empty() || name.size() > kTermNameBytesMax) {
+    throw std::invalid_argument(fmt::format("the name of a term has {} bytes, must have 1 to {}",
+                                            name.size(), kTermNameBytesMax));
+  }
+  if (terms_.size() == kTermsMax && !terms_.contains(name)) {
+    throw std::invalid_argument(fmt::format("a reward must have at most {} terms", kTermsMax));
+  }
+  terms_[name] = number;
+}
+
 void Trace::add_pose(Pose pose) {
+  if (!keeps_rows()) return;
   std::size_t num_numbers = 0;
   for (const auto& line : pose) num_numbers += 2 * line.size();
   if (!has_room_for(num_numbers)) return;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <initializer_list>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,8 +25,13 @@ using Pose = std::vector<std::vector<PosePoint>>;
 ///   trace.set_policy_columns({"time_s"}, {"cart_acceleration_mps2"});
 ///   trace.add_row({time_s, angle, input, cost});  // at each step, the start included
 ///   trace.add_pose({{{0, 0}, {-elementary::sin(angle), elementary::cos(angle)}}});
+///   trace.set_term("effort", effort);  // at the end
 class Trace {
  public:
+  /// Where only terms are asked for, rows and poses are dropped.
+  enum class Kept { kAll, kTerms };
+  explicit Trace(Kept kept = Kept::kAll) : kept_(kept) {}
+
   /// More numbers than this, those of poses included, are not kept: is_complete() tells.
   static constexpr std::size_t kNumbersMax = 2'000'000;
 
@@ -41,6 +47,16 @@ class Trace {
   /// Of the row before. Precondition: every row has one, or none has.
   void add_pose(Pose pose);
 
+  /// What the reward is made of, by name: for people, learning goes by the reward alone. A name
+  /// that was given before gets the new number.
+  /// Throws std::invalid_argument for a name that is empty or has more than kTermNameBytesMax
+  /// bytes, and for more names than kTermsMax.
+  void set_term(const std::string& name, double number);
+  static constexpr std::size_t kTermsMax = 64;
+  static constexpr std::size_t kTermNameBytesMax = 64;
+
+  bool keeps_rows() const { return kept_ == Kept::kAll; }
+  const std::map<std::string, double>& terms() const { return terms_; }
   /// Empty: the task records no traces.
   const std::vector<std::string>& columns() const { return columns_; }
   /// Row by row, columns().size() numbers each.
@@ -54,6 +70,8 @@ class Trace {
  private:
   bool has_room_for(std::size_t num_numbers);
 
+  Kept kept_;
+  std::map<std::string, double> terms_;
   std::vector<std::string> columns_;
   std::vector<std::string> policy_inputs_;
   std::vector<std::string> policy_outputs_;

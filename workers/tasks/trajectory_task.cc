@@ -35,12 +35,18 @@ std::unique_ptr<Task> TrajectoryTask::spiral(SettingsReader& settings) {
 }
 
 TaskDescription TrajectoryTask::description() const {
-  return {.input_dim = 1,
-          .output_dim = static_cast<int>(goal_.outputs.rows()),
-          .reward_min = 0,
-          .reward_max = 1,
-          .time_limit_s = time_limit_s_,
-          .deterministic = true};
+  TaskDescription description{.input_dim = 1,
+                              .output_dim = static_cast<int>(goal_.outputs.rows()),
+                              .reward_min = 0,
+                              .reward_max = 1,
+                              .time_limit_s = time_limit_s_,
+                              .deterministic = true};
+  // Columns of a file may be called anything, which decides nothing.
+  SignalNames names{{goal_.time_name}, goal_.names};
+  if (!fault_of(names, description.input_dim, description.output_dim)) {
+    description.signals = std::move(names);
+  }
+  return description;
 }
 
 Outcome TrajectoryTask::evaluate(Controller& controller, std::uint64_t /*seed*/) {

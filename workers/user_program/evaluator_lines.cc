@@ -21,7 +21,6 @@ namespace {
 using nlohmann::json;
 
 constexpr int kNestingMax = 64;
-constexpr std::size_t kTermsMax = 64;
 
 /// What is wrong with an answer; never leaves this file.
 class BadAnswer : public std::runtime_error {
@@ -122,11 +121,17 @@ void read_trace(const json& said, Trace& trace) {
 std::map<std::string, double> terms_of(const json& said) {
   std::map<std::string, double> terms;
   if (!said.contains("terms")) return terms;
-  if (!said["terms"].is_object() || said["terms"].size() > kTermsMax) {
-    throw BadAnswer(fmt::format("'terms' must be an object of at most {} numbers", kTermsMax));
+  if (!said["terms"].is_object() || said["terms"].size() > Trace::kTermsMax) {
+    throw BadAnswer(
+        fmt::format("'terms' must be an object of at most {} numbers", Trace::kTermsMax));
   }
   for (const auto& [name, number] : said["terms"].items()) {
-    terms[for_log(name)] = number_of(number, "terms");
+    const std::string shown = for_log(name);
+    if (shown.empty() || shown.size() > Trace::kTermNameBytesMax) {
+      throw BadAnswer(fmt::format("the name of a term must have 1 to {} bytes: '{}'",
+                                  Trace::kTermNameBytesMax, cut_text(shown, 100)));
+    }
+    terms[shown] = number_of(number, "terms");
   }
   return terms;
 }

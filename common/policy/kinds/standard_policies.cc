@@ -1,5 +1,6 @@
 #include "common/policy/kinds/standard_policies.h"
 
+#include "common/policy/ds_gmr/ds_gmr_policy.h"
 #include "common/policy/linear/linear_policy.h"
 #include "common/policy/network/network_policy.h"
 #include "common/policy/tree/tree_policy.h"
@@ -13,6 +14,7 @@ PolicyRegistry standard_policies() {
   registry.add("correction", correction_from_content, {});
   registry.add("rbf", rbf_from_content, {});
   registry.add("dmp", dmp_from_content, {});
+  registry.add("ds_gmr", ds_gmr_from_content, {});
   registry.add("network", network_from_content, {});
   return registry;
 }

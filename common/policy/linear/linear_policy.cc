@@ -166,8 +166,7 @@ PolicySketch LinearPolicy::sketch() const {
   for (int layer = 1; layer <= num_layers(); ++layer) {
     sketch.layers.emplace_back().controller = controller_of(layer);
   }
-  sketch.input_low = form_->finest().low();
-  sketch.input_high = form_->finest().high();
+  sketch.inputs.push_back({form_->finest().low(), form_->finest().high()});
   sketch.look = to_json(*at_layer(1));
   return sketch;
 }

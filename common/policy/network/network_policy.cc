@@ -17,8 +17,6 @@ constexpr double kNumberMax = 1e50;
 /// Inputs over which an effect is measured: on a line, or at random in a box.
 constexpr int kLineInputs = 401;
 constexpr int kBoxInputs = 512;
-/// An element moves the output by a thousandth of the most that any does at least.
-constexpr double kLeastEffect = 1e-3;
 
 class NetworkController final : public Controller {
  public:
@@ -118,22 +116,14 @@ PolicyEffect NetworkPolicy::effect() const {
   return effect;
 }
 
-Eigen::VectorXd NetworkPolicy::steps_of_equal_effect() const {
-  const PolicyEffect effect = this->effect();
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(theta_dim());
-  for (Eigen::Index row = 0; row < effect.derivative.rows(); ++row) {
-    squares += effect.derivative.row(row).transpose().cwiseAbs2();
-  }
-  squares /= static_cast<double>(effect.outputs.rows());
-  const double least = kLeastEffect * kLeastEffect * squares.maxCoeff();
-  return squares.cwiseMax(least).cwiseSqrt().cwiseInverse();
-}
+Eigen::VectorXd NetworkPolicy::steps_of_equal_effect() const { return equal_steps(effect()); }
 
 PolicySketch NetworkPolicy::sketch() const {
   PolicySketch sketch;
   sketch.layers.emplace_back().controller = controller();
-  sketch.input_low = network_.ranges[0].low;
-  sketch.input_high = network_.ranges[0].high;
+  for (const Network::Range& range : network_.ranges) {
+    sketch.inputs.push_back({range.low, range.high});
+  }
   sketch.look = to_json(*this);
   return sketch;
 }

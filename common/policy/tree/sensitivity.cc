@@ -24,6 +24,10 @@ struct WeightedInput {
   Eigen::VectorXd input;
 };
 
+/// So many inputs are enough. More Gaussians than that are a policy that would take minutes.
+constexpr std::size_t kCloudMax = 512;
+
+/// Spread over all Gaussians; of more than kCloudMax every second, third ...
 std::vector<WeightedInput> inputs_of(const Gmm& gmm) {
   const int num_inputs = gmm.input_dim();
   std::vector<WeightedInput> inputs;
@@ -37,7 +41,12 @@ std::vector<WeightedInput> inputs_of(const Gmm& gmm) {
       }
     }
   }
-  return inputs;
+  if (inputs.size() <= kCloudMax) return inputs;
+  std::vector<WeightedInput> spread;
+  for (std::size_t i = 0; i < kCloudMax; ++i) {
+    spread.push_back(inputs[i * inputs.size() / kCloudMax]);
+  }
+  return spread;
 }
 
 /// Inputs where the policy acts, dI x N.

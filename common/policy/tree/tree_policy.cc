@@ -81,12 +81,15 @@ PolicySketch TreePolicy::sketch() const {
     }
     seen.controller = std::make_unique<TreeController>(gmm);
   }
-  sketch.input_low = std::numeric_limits<double>::infinity();
-  sketch.input_high = -std::numeric_limits<double>::infinity();
-  for (const PolicySketch::Gaussian& gaussian : sketch.layers.back().gaussians) {
-    const double reach = kSeenDeviations * std::sqrt(gaussian.covariance(0, 0));
-    sketch.input_low = std::min(sketch.input_low, gaussian.mean[0] - reach);
-    sketch.input_high = std::max(sketch.input_high, gaussian.mean[0] + reach);
+  for (int input = 0; input < input_dim(); ++input) {
+    PolicySketch::Range seen{.low = std::numeric_limits<double>::infinity(),
+                             .high = -std::numeric_limits<double>::infinity()};
+    for (const PolicySketch::Gaussian& gaussian : sketch.layers.back().gaussians) {
+      const double reach = kSeenDeviations * std::sqrt(gaussian.covariance(input, input));
+      seen.low = std::min(seen.low, gaussian.mean[input] - reach);
+      seen.high = std::max(seen.high, gaussian.mean[input] + reach);
+    }
+    sketch.inputs.push_back(seen);
   }
   sketch.look = to_json(TreePolicy(tree_, 1, ThetaLayout::kMeans));
   return sketch;

@@ -10,10 +10,7 @@
 
 namespace treeroll::report {
 
-struct Range {
-  double low = 0;
-  double high = 0;
-};
+using Range = PolicySketch::Range;
 
 /// What covers all points given so far.
 struct Box {

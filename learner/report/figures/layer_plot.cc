@@ -51,7 +51,7 @@ std::string commands(const Panel& panel, DataSets& data) {
   const Plane plane{.across = 0, .up = panel.output};
   const PolicySketch sketch = start.policy->sketch();
   const auto layer = static_cast<std::size_t>(panel.layer - 1);
-  const Range inputs{.low = sketch.input_low, .high = sketch.input_high};
+  const Range inputs = sketch.inputs.front();
   data.begin_box();
   std::string lines = start.demonstration ? add_samples(*start.demonstration, plane, data) : "";
   lines += ellipses(sketch.layers[layer], plane, "lt 2 lw 1", data);

@@ -78,8 +78,7 @@ Range inputs_of(const LearntPolicy& policy) {
     const auto [low, high] = std::minmax_element(inputs.begin(), inputs.end());
     if (!inputs.empty() && std::isfinite(*low) && *low < *high) return {*low, *high};
   }
-  const PolicySketch start = policy.start->sketch();
-  return {start.input_low, start.input_high};
+  return policy.start->sketch().inputs.front();
 }
 
 std::vector<PolicyRows> policy_pages(const std::vector<const LearntPolicy*>& policies) {

@@ -19,8 +19,8 @@ class BeforeAndAfter : public PolicyFigure {
   std::string panel_title(const LearntPolicy& policy) const override { return policy.condition; }
 
   std::string input_range(const LearntPolicy& policy) const override {
-    const PolicySketch start = policy.start->sketch();
-    return fmt::format("[{}:{}]", start.input_low, start.input_high);
+    const Range range = policy.start->sketch().inputs.front();
+    return fmt::format("[{}:{}]", range.low, range.high);
   }
 
   std::string lines(const LearntPolicy& policy, const View& view, const std::string& goal,
@@ -28,7 +28,7 @@ class BeforeAndAfter : public PolicyFigure {
     const Plane plane = view.plane;
     const PolicySketch start = policy.start->sketch();
     // A path ends where the task ends it; beyond, the policy is nobody's path.
-    const Range drawn = view.is_path ? inputs_of(policy) : Range{start.input_low, start.input_high};
+    const Range drawn = view.is_path ? inputs_of(policy) : start.inputs.front();
     const PolicySketch learnt = after(policy).sketch();
     std::string lines = goal;
     lines += ellipses(start.layers.back(), plane, "lt 2 lw 1", data);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@ struct ShownRollout {
   double reward = 0;
   std::string status = "ok";
   RolloutTrace trace;
+  std::map<std::string, double> terms = {};  ///< of its reward
 };
 
 /// As much of a trace as a picture shows: at most `rows_max` rows, equally spaced, its first and

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -42,35 +43,17 @@ bool cut_by_trace(const RolloutTrace& trace, Cut& cut) {
   return true;
 }
 
-/// Without a roll-out, where the Gaussians of the coarsest layer are.
-Cut cut_by_gaussians(const Policy& policy) {
-  const PolicySketch sketch = policy.sketch();
-  const auto& gaussians = sketch.layers.front().gaussians;
-  Cut cut;
-  for (Eigen::Index input = 0; input < policy.input_dim(); ++input) {
-    Range range{sketch.input_low, sketch.input_high};
-    double centre = (range.low + range.high) / 2;
-    if (!gaussians.empty()) {
-      Box reach;
-      centre = 0;
-      for (const PolicySketch::Gaussian& gaussian : gaussians) {
-        const double deviation = std::sqrt(gaussian.covariance(input, input));
-        reach.include(gaussian.mean[input] - kEllipseDeviations * deviation, 0);
-        reach.include(gaussian.mean[input] + kEllipseDeviations * deviation, 0);
-        centre += gaussian.mean[input] / static_cast<double>(gaussians.size());
-      }
-      range = reach.across;
-    }
-    cut.centres.push_back(centre);
-    cut.ranges.push_back(range);
-  }
+/// Without a roll-out, where the start policy says that it acts.
+Cut cut_by_policy(const Policy& policy) {
+  Cut cut{.centres = {}, .ranges = policy.sketch().inputs};
+  for (const Range& range : cut.ranges) cut.centres.push_back(std::midpoint(range.low, range.high));
   return cut;
 }
 
 Cut cut_of(const LearntPolicy& policy) {
   Cut cut;
   const RolloutTrace* trace = trace_of(policy);
-  if (trace == nullptr || !cut_by_trace(*trace, cut)) cut = cut_by_gaussians(*policy.start);
+  if (trace == nullptr || !cut_by_trace(*trace, cut)) cut = cut_by_policy(*policy.start);
   for (Range& range : cut.ranges) {
     if (!(range.low < range.high)) range = {range.low - .5, range.low + .5};
   }
@@ -165,7 +148,7 @@ std::vector<Plot> slice_plots(const std::string& study, const std::vector<Learnt
           "what learning began with (grey), while the other inputs stand {}.",
           has_visits ? "at the medians of what that roll-out came through; its own way is the thin "
                        "line"
-                     : "in the middle of the start's Gaussians");
+                     : "in the middle of where the start acts");
       plots.push_back(std::move(plot));
     }
   }

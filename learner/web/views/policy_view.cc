@@ -57,7 +57,8 @@ json layer_view(const PolicySketch::Layer& layer, const PolicySketch& sketch, in
         {{"mean", list_of(gaussian.mean)}, {"covariance", list_of(gaussian.covariance)}});
   }
   if (input_dim != 1 || !layer.controller) return view;
-  const std::vector<double> inputs = spaced(sketch.input_low, sketch.input_high, kCurvePoints);
+  const auto [low, high] = sketch.inputs.front();
+  const std::vector<double> inputs = spaced(low, high, kCurvePoints);
   view["inputs"] = inputs;
   view["outputs"] = outputs_over(*layer.controller, inputs, output_dim);
   return view;
@@ -71,8 +72,8 @@ json policy_view(const Policy& policy) {
             {"input_dim", policy.input_dim()},
             {"output_dim", policy.output_dim()},
             {"layer", policy.layer()},
-            {"low", sketch.input_low},
-            {"high", sketch.input_high},
+            {"low", sketch.inputs.front().low},
+            {"high", sketch.inputs.front().high},
             {"layers", json::array()}};
   for (const PolicySketch::Layer& layer : sketch.layers) {
     view["layers"].push_back(layer_view(layer, sketch, policy.input_dim(), policy.output_dim()));
@@ -84,7 +85,8 @@ json noise_view(const Policy& policy, const Eigen::VectorXd& mean, const Eigen::
   json view{{"inputs", json::array()}, {"draws", json::array()}};
   if (policy.input_dim() != 1 || mean.size() > kThetaMax) return view;
   const PolicySketch sketch = policy.sketch();
-  const std::vector<double> inputs = spaced(sketch.input_low, sketch.input_high, kNoisePoints);
+  const auto [low, high] = sketch.inputs.front();
+  const std::vector<double> inputs = spaced(low, high, kNoisePoints);
   view["inputs"] = inputs;
   // What a run has come to after its last update it never draws from.
   const std::optional<Eigen::MatrixXd> factor = explore::noise_factor_if_any(noise);

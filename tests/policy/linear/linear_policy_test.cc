@@ -205,8 +205,8 @@ TEST(LinearPolicyTest, RefusesTextsThatAreNoPolicyWithTheirPlace) {
 TEST(LinearPolicyTest, ItsPictureHasEveryLayerOverItsRange) {
   const PolicySketch sketch = examples()[0]->sketch();
   ASSERT_EQ(sketch.layers.size(), 3U);
-  EXPECT_EQ(sketch.input_low, 0);
-  EXPECT_EQ(sketch.input_high, 2.2);
+  EXPECT_EQ(sketch.inputs.at(0).low, 0);
+  EXPECT_EQ(sketch.inputs.at(0).high, 2.2);
   EXPECT_TRUE(sketch.layers[0].gaussians.empty());
   EXPECT_EQ(sketch.look, examples()[0]->at_layer(3)->sketch().look);
 }

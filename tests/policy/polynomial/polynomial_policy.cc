@@ -118,8 +118,7 @@ PolicySketch PolynomialPolicy::sketch() const {
     sketch.layers.push_back(
         {{}, std::make_unique<PolynomialController>(range_, coefficients_.leftCols(degree + 1))});
   }
-  sketch.input_low = range_.low;
-  sketch.input_high = range_.high;
+  sketch.inputs.push_back({range_.low, range_.high});
   sketch.look = to_json(*at_layer(1));
   return sketch;
 }

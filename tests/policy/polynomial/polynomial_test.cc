@@ -61,8 +61,9 @@ TEST(PolynomialPolicyTest, RoundTripsThroughItsTextUnderItsName) {
   ASSERT_TRUE(copy) << copy.error().message;
   EXPECT_EQ(to_json(**copy), text);
   EXPECT_EQ((*copy)->theta(), policy.theta());
-  EXPECT_THAT(learnable_policies().from_json(text).error().message,
-              HasSubstr("$.kind must be one of: correction, dmp, network, rbf, spline, tree"));
+  EXPECT_THAT(
+      learnable_policies().from_json(text).error().message,
+      HasSubstr("$.kind must be one of: correction, dmp, ds_gmr, network, rbf, spline, tree"));
 
   nlohmann::json spoilt = nlohmann::json::parse(text);
   spoilt["degrees"] = {2, 2};
@@ -102,8 +103,9 @@ TEST(PolynomialPolicyTest, AStudyNamesItAndItsResolvedFormDoesToo) {
   EXPECT_THAT(error_with(with_polynomials(), "policy.degrees=[3, 1]"), HasSubstr("policy.degrees"));
   EXPECT_THAT(error_with(with_polynomials(), "exploration.noise_variance=[1.0, 2.0]"),
               HasSubstr("exploration.noise_variance"));
-  EXPECT_THAT(error_with(learnable_policies(), "study.rollouts=3"),
-              HasSubstr("must be one of: auto, correction, dmp, network, rbf, spline, tree"));
+  EXPECT_THAT(
+      error_with(learnable_policies(), "study.rollouts=3"),
+      HasSubstr("must be one of: auto, correction, dmp, ds_gmr, network, rbf, spline, tree"));
 }
 
 /// The evaluator of a worker that knows the kind, and one run that it evaluates.

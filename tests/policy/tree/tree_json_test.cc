@@ -53,7 +53,7 @@ TEST(TreeJsonTest, SaysWhatAndWhereIsWrongWithATextFromOutside) {
       {"$.format must be", [](json& p) { p["format"] = "other"; }},
       {"$.format must be", [](json& p) { p = json::array(); }},
       {"$.version must be 1", [](json& p) { p["version"] = 2; }},
-      {"$.kind must be one of: correction, dmp, network, rbf, spline, tree",
+      {"$.kind must be one of: correction, dmp, ds_gmr, network, rbf, spline, tree",
        [](json& p) { p["kind"] = "polynomial"; }},
       {"$.kind must be a string", [](json& p) { p["kind"] = 1; }},
       {"$.extra is an unknown key", [](json& p) { p["extra"] = 0; }},
@@ -110,7 +110,7 @@ TEST(TreeJsonTest, SaysWhatAndWhereIsWrongWithATextFromOutside) {
        [](json& p) {
          p["layers"][2][0]["axes"] = {1, 0, 0, 1};
        }},
-      {"must not be nested deeper than 5",
+      {"must not be nested deeper than 6",
        [](json& p) { p["layer"] = json::parse("[[[[[[[[[[]]]]]]]]]]"); }},
   };
   ASSERT_TRUE(standard_policies().from_json(good.dump()));

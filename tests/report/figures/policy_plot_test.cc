@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 #include <sstream>
 
+#include "common/policy/network/network_policy.h"
 #include "tests/report/figures/tree_policies.h"
 
 namespace treeroll::report {
@@ -187,6 +188,25 @@ TEST(SlicePlotTest, EachInputIsVariedWhileTheOthersStandInTheMiddle) {
   EXPECT_THAT(plots[0].data, HasSubstr("slice\n-2 13\n"));
   EXPECT_THAT(plots[0].data, HasSubstr("\n0 7\n"));
   EXPECT_THAT(plots[0].commands, HasSubstr("set xlabel 'input 2'; set ylabel 'output 1'"));
+}
+
+/// A kind without Gaussians: before, every input was cut over the range of the first, in its
+/// middle.
+TEST(SlicePlotTest, ANetworkIsCutOverTheRangeOfEachInput) {
+  // tanh(z1 - z2) of inputs scaled from [-1, 3] and [10, 30] to [-1, 1].
+  Network network{.ranges = {{-1, 3}, {10, 30}},
+                  .outer = Eigen::RowVector2d(1, 0),
+                  .inner = Eigen::RowVector3d(1, -1, 0)};
+  const LearntPolicy policy{.condition = "closed",
+                            .start = std::make_shared<NetworkPolicy>(std::move(network))};
+  const Plot plot = slice_plots("mine", {policy}).front();
+  EXPECT_THAT(plot.data, HasSubstr("slice\n-1 -0.76159415"));
+  EXPECT_THAT(plot.data, HasSubstr("\n3 0.76159415"));
+  EXPECT_THAT(plot.data, HasSubstr("slice\n10 0.76159415"));
+  EXPECT_THAT(plot.data, HasSubstr("\n30 -0.76159415"));
+  EXPECT_THAT(plot.commands, HasSubstr("set xrange [-1:3]"));
+  EXPECT_THAT(plot.commands, HasSubstr("set xrange [10:30]"));
+  EXPECT_THAT(plot.caption, HasSubstr("in the middle of where the start acts"));
 }
 
 TEST(SlicePlotTest, WithARolloutItIsCutWhereTheRolloutWas) {

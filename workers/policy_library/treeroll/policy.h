@@ -47,6 +47,12 @@ TREEROLL_API size_t treeroll_policy_input_dim(const treeroll_policy* policy);
 TREEROLL_API size_t treeroll_policy_output_dim(const treeroll_policy* policy);
 TREEROLL_API size_t treeroll_policy_theta_dim(const treeroll_policy* policy);
 
+/* What its task calls input or output number `index`, from 0, with the unit last: "time_s". ""
+ * where the policy's text has no names, for NULL, and past the last one. Valid until the policy is
+ * freed. */
+TREEROLL_API const char* treeroll_policy_input_name(const treeroll_policy* policy, size_t index);
+TREEROLL_API const char* treeroll_policy_output_name(const treeroll_policy* policy, size_t index);
+
 /* Theta as the policy stands. Precondition: size is theta_dim. Returns 0 or -1. */
 TREEROLL_API int treeroll_policy_get_theta(const treeroll_policy* policy, double* theta,
                                            size_t size);

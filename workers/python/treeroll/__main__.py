@@ -78,7 +78,7 @@ def show_log(arguments: argparse.Namespace) -> None:
             write_lines(reader, arguments.channel, out)
     for channel, count in reader.unknown.items():
         # Its records are checked one by one and are no messages.
-        hint = ": treeroll-replay DIR --export reads it" if channel == "TREEROLL_JOURNAL" else ""
+        hint = ": treeroll-replay DIR --export lcm makes messages of them" if channel == "TREEROLL_JOURNAL" else ""
         print(f"{count} messages of {channel!r} are of no type that is known here{hint}", file=sys.stderr)
 
 

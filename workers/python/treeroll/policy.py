@@ -6,7 +6,7 @@ import ctypes
 import json
 import os
 from pathlib import Path
-from typing import Any, Sequence, Union
+from typing import Any, Mapping, Optional, Sequence, Union
 
 _LIBRARY = "libtreeroll_policy.so.0"
 
@@ -39,6 +39,8 @@ def _load() -> ctypes.CDLL:
             ("input_dim", size, [policy]),
             ("output_dim", size, [policy]),
             ("theta_dim", size, [policy]),
+            ("input_name", ctypes.c_char_p, [policy, size]),
+            ("output_name", ctypes.c_char_p, [policy, size]),
             ("get_theta", ctypes.c_int, [policy, numbers, size]),
             ("set_theta", ctypes.c_int, [policy, numbers, size]),
             ("start", ctypes.c_int, [policy]),
@@ -79,6 +81,7 @@ class Policy:
         self._handle = _lib().treeroll_policy_load(text)
         if not self._handle:
             raise PolicyError(_lib().treeroll_policy_last_error().decode("utf-8", "replace"))
+        self._named: Optional[tuple[list[str], list[str]]] = None  # once asked for
         self._input = (ctypes.c_double * self.input_dim)()
         self._output = (ctypes.c_double * self.output_dim)()
 
@@ -105,6 +108,21 @@ class Policy:
     def theta_dim(self) -> int:
         """How many numbers are learnt."""
         return _lib().treeroll_policy_theta_dim(self._handle)
+
+    @property
+    def input_names(self) -> list[str]:
+        """What the task calls its inputs, the unit last, ``input_dim`` names; none if the policy's text
+        has none."""
+        return self._names(_lib().treeroll_policy_input_name, self.input_dim)
+
+    @property
+    def output_names(self) -> list[str]:
+        """The same of its outputs."""
+        return self._names(_lib().treeroll_policy_output_name, self.output_dim)
+
+    def _names(self, name_at: Any, dim: int) -> list[str]:
+        names = [name_at(self._handle, i).decode() for i in range(dim)]
+        return [] if "" in names else names
 
     @property
     def theta(self) -> list[float]:
@@ -135,6 +153,25 @@ class Policy:
         self._check(_lib().treeroll_policy_act(self._handle, self._input, len(self._input),
                                                self._output, len(self._output)))
         return self._output[:]
+
+    def act_named(self, inputs: Mapping[str, float]) -> dict[str, float]:
+        """The same by name, so that none takes the place of another::
+
+            command = policy.act_named({"angle_rad": q, "rate_radps": dq})["torque_nm"]
+
+        :param inputs: a finite number for each of ``input_names``, and nothing else
+        :return: a number for each of ``output_names``
+        :raises PolicyError: also if the policy's text names no signals
+        """
+        if self._named is None:
+            self._named = self.input_names, self.output_names
+        names, outputs = self._named
+        if not names:
+            raise PolicyError("this policy's text names no inputs and outputs: use act()")
+        if inputs.keys() != set(names):
+            raise PolicyError(f"inputs are {', '.join(sorted(map(str, inputs)))}, must be "
+                              f"{', '.join(names)}")
+        return dict(zip(outputs, self.act([inputs[name] for name in names])))
 
     def __call__(self, input: float) -> float:
         """The same for one input and one output: ``acceleration_mps2 = policy(time_s)``."""

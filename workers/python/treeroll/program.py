@@ -70,8 +70,9 @@ class _Program:
             said: dict[str, Any] = dataclasses.asdict(task.describe())
             if said["repeatable"]:
                 del said["repeatable"]
-            if not said["version"]:
-                del said["version"]
+            for key in ("version", "inputs", "outputs"):
+                if not said[key]:
+                    del said[key]
             said["settings"] = settings.finish()
             json.dumps(said, allow_nan=False)
             self._task = task

@@ -31,6 +31,11 @@ class Description:
     """the same roll-out may run twice at once; False for what moves a real robot"""
     version: str = ""
     """of the task's code; to be changed whenever rewards change"""
+    inputs: Sequence[str] = ()
+    """what the task calls them, the unit last: ``["time_s"]``. Learnt policies carry the names, figures
+    show them, and :meth:`Policy.act_named` goes by them. Both lists, or none."""
+    outputs: Sequence[str] = ()
+    """the same of what a policy gives: ``["cart_acceleration_mps2"]``"""
 
 
 class Failed(Exception):

@@ -1,0 +1,224 @@
+package treeroll.spy;
+
+import java.awt.Color;
+import java.awt.Component;
+import java.awt.Container;
+import java.awt.Graphics2D;
+import java.awt.image.BufferedImage;
+import java.beans.PropertyVetoException;
+import java.util.ArrayList;
+import java.util.List;
+import javax.swing.Action;
+import javax.swing.JComboBox;
+import javax.swing.JDesktopPane;
+import javax.swing.JInternalFrame;
+import javax.swing.SwingUtilities;
+import lcm.lcm.LCM;
+import lcm.spy.ChannelData;
+import lcm.util.ClassDiscoverer;
+import treeroll.learner_status_t;
+import treeroll.rollout_key_t;
+import treeroll.run_status_t;
+
+/** Laws of what is drawn, and a picture that is drawn without a display. */
+final class SpyTest {
+  private static int failures = 0;
+
+  private static void expect(boolean holds, String law) {
+    if (holds) return;
+    System.err.println("FAILED: " + law);
+    ++failures;
+  }
+
+  private static run_status_t status(long learner, int run, String condition, int applied) {
+    run_status_t status = new run_status_t();
+    status.learner_id = learner;
+    status.run = run;
+    status.condition = condition;
+    status.num_applied = applied;
+    status.last_reward = 0.5;
+    status.mean_reward = applied / 100.0;
+    status.best_reward = 0.25;
+    return status;
+  }
+
+  private static void runsAreNotMixed() {
+    StudyHistory history = new StudyHistory();
+    expect(history.take(status(1, 0, "tree", 1)), "a first status is news");
+    expect(history.take(status(2, 0, "tree", 1)), "run 0 of another learner is another run");
+    expect(history.take(status(1, 1, "tree", 1)), "another repetition is another run");
+    expect(history.take(status(1, 2, "flat", 1)), "another condition is another run");
+    expect(history.take(status(1, 0, "tree", 2)), "a run goes on");
+    expect(history.runs().size() == 4, "four runs are told apart");
+    expect(history.runs().get(new StudyHistory.RunName(1, 0)).size() == 2, "run 0 of learner 1");
+    expect(history.runs().get(new StudyHistory.RunName(2, 0)).size() == 1, "run 0 of learner 2");
+    List<String> names = new ArrayList<>();
+    for (StudyHistory.Group group : history.groups()) names.add(history.nameOf(group));
+    expect(
+        names.equals(List.of("tree, learner 1", "tree, learner 2", "flat, learner 1")),
+        "groups are named by condition and learner: " + names);
+  }
+
+  private static void whatComesAgainIsNotTaken() {
+    RunHistory run = new RunHistory(status(1, 0, "tree", 0));
+    expect(!run.take(status(1, 0, "tree", 0)), "before the first roll-out there is no reward");
+    expect(run.take(status(1, 0, "tree", 5)), "news");
+    expect(!run.take(status(1, 0, "tree", 5)), "the same again");
+    expect(!run.take(status(1, 0, "tree", 4)), "one that was overtaken");
+    run_status_t last = status(1, 0, "tree", 5);
+    last.done = true;
+    run.take(last);
+    expect(run.isDone() && run.size() == 1, "its end is noted all the same");
+  }
+
+  private static void nothingGrowsWithoutABound() {
+    RunHistory run = new RunHistory(status(1, 0, "tree", 0));
+    for (int i = 1; i <= 100_000; ++i) run.take(status(1, 0, "tree", i));
+    expect(run.size() <= RunHistory.POINTS_MAX, "points are bounded: " + run.size());
+    expect(run.size() >= RunHistory.POINTS_MAX / 2, "and half of them stay: " + run.size());
+    expect(run.rolloutsAt(run.size() - 1) == 100_000, "the last one stays");
+    for (int i = 0; i < run.size(); ++i) {
+      expect(i == 0 || run.rolloutsAt(i) > run.rolloutsAt(i - 1), "in order");
+      double reward = run.rewardAt(i, RunHistory.Measure.MEAN);
+      expect(reward == run.rolloutsAt(i) / 100.0, "a point keeps its own reward");
+    }
+    StudyHistory history = new StudyHistory();
+    for (int i = 0; i < StudyHistory.RUNS_MAX + 10; ++i) history.take(status(1, i, "tree", 1));
+    expect(history.runs().size() == StudyHistory.RUNS_MAX, "runs are bounded");
+    expect(history.overflows(), "and that is known");
+  }
+
+  private static void lcmSpyFindsThePlugin() {
+    List<Class<?>> found = new ArrayList<>();
+    ClassDiscoverer.findClasses((jar, kind) -> found.add(kind));
+    expect(found.contains(RewardPlugin.class), "lcm-spy finds the plug-in on its class path");
+    expect(found.contains(run_status_t.class), "and the types");
+    RewardPlugin plugin = new RewardPlugin();
+    expect(plugin.canHandle(run_status_t.LCM_FINGERPRINT), "it draws runs");
+    expect(!plugin.canHandle(learner_status_t.LCM_FINGERPRINT), "and nothing else");
+  }
+
+  private static void layOut(Component component) {
+    component.doLayout();
+    if (component instanceof Container container) {
+      for (Component part : container.getComponents()) layOut(part);
+    }
+  }
+
+  private static BufferedImage picture(RewardChart chart) {
+    chart.setSize(700, 500);
+    layOut(chart);
+    BufferedImage image = new BufferedImage(700, 500, BufferedImage.TYPE_INT_RGB);
+    Graphics2D pen = image.createGraphics();
+    chart.paint(pen);
+    pen.dispose();
+    return image;
+  }
+
+  private static int count(BufferedImage image, Color colour) {
+    int found = 0;
+    for (int y = 0; y < 450; ++y) { // above the legend
+      for (int x = 0; x < image.getWidth(); ++x) {
+        if ((image.getRGB(x, y) & 0xffffff) == (colour.getRGB() & 0xffffff)) ++found;
+      }
+    }
+    return found;
+  }
+
+  private static JComboBox<?> choice(Container container, int number) {
+    Container choices = (Container) container.getComponent(0);
+    return (JComboBox<?>) choices.getComponent(number);
+  }
+
+  private static void aLineIsDrawnForEachRun() {
+    RewardChart chart = new RewardChart();
+    Color first = RewardChart.COLOURS[0];
+    Color second = RewardChart.COLOURS[1];
+    expect(count(picture(chart), first) == 0, "nothing is drawn of nothing");
+    for (int i = 1; i <= 50; ++i) chart.take(status(1, 0, "tree", i));
+    int alone = count(picture(chart), first);
+    expect(alone > 300, "a run is a line: " + alone);
+    expect(count(picture(chart), second) == 0, "in one colour");
+    for (int i = 1; i <= 50; ++i) {
+      run_status_t flat = status(1, 1, "flat", i);
+      flat.mean_reward = 0.4 - i / 200.0;
+      chart.take(flat);
+    }
+    expect(count(picture(chart), second) > 300, "another condition has another colour");
+    choice(chart, 1).setSelectedItem("flat");
+    BufferedImage flat = picture(chart);
+    expect(count(flat, first) == 0, "a condition that is not chosen is not shown");
+    expect(count(flat, second) > 300, "the chosen one is");
+    choice(chart, 1).setSelectedIndex(0);
+    choice(chart, 0).setSelectedItem(RunHistory.Measure.LAST);
+    // Both runs have the same last reward all along: the line drawn last hides the other one.
+    BufferedImage last = picture(chart);
+    expect(count(last, first) + count(last, second) > 300, "another measure is drawn");
+    expect(count(last, first) == 0 || count(last, second) == 0, "of the same numbers, one line");
+  }
+
+  private static void aMeanThatIsNotKnownIsNotDrawn() {
+    RewardChart chart = new RewardChart();
+    Color colour = RewardChart.COLOURS[0];
+    for (int i = 1; i <= 60; ++i) {
+      run_status_t status = status(1, 0, "tree", i);
+      status.mean_reward = i == 30 ? 0 : 0.9 + i / 1000.0;
+      chart.take(status);
+    }
+    expect(count(picture(chart), colour) > 300, "the known ones are drawn");
+    RunHistory run = new RunHistory(status(1, 0, "tree", 0));
+    run_status_t unknown = status(1, 0, "tree", 1);
+    unknown.mean_reward = 0;
+    run.take(unknown);
+    expect(Double.isNaN(run.rewardAt(0, RunHistory.Measure.MEAN)), "unknown");
+    run_status_t failing = status(1, 0, "tree", 2);
+    failing.mean_reward = 0;
+    failing.last_reward = 0;
+    run.take(failing);
+    expect(run.rewardAt(1, RunHistory.Measure.MEAN) == 0, "a mean of nothing but zeros is 0");
+  }
+
+  /** What a right click in lcm-spy does, over a network within this process. */
+  private static void thePluginDrawsWhatComesAndLeavesWithItsWindow() throws Exception {
+    ChannelData channel = new ChannelData();
+    channel.name = "REPLAYED_TREEROLL_RUNS";
+    JDesktopPane desktop = new JDesktopPane();
+    Action action = new RewardPlugin().getAction(desktop, channel);
+    expect(action.getValue(Action.NAME).equals("Reward by run"), "its name in the menu");
+    int before = LCM.getSingleton().getNumSubscriptions();
+    SwingUtilities.invokeAndWait(() -> action.actionPerformed(null));
+    JInternalFrame frame = desktop.getAllFrames()[0];
+    RewardChart chart = (RewardChart) frame.getContentPane().getComponent(0);
+    for (int i = 1; i <= 50; ++i) LCM.getSingleton().publish(channel.name, status(1, 0, "tree", i));
+    LCM.getSingleton().publish(channel.name, new rollout_key_t());
+    LCM.getSingleton().publish("TREEROLL_RUNS", status(1, 1, "flat", 1));
+    int[] drawn = {0};
+    for (int tries = 0; tries < 200 && drawn[0] < 300; ++tries) {
+      Thread.sleep(20);
+      SwingUtilities.invokeAndWait(
+          () -> drawn[0] = count(picture(chart), RewardChart.COLOURS[0]));
+    }
+    expect(drawn[0] > 300, "what comes on its channel is drawn: " + drawn[0]);
+    expect(count(picture(chart), RewardChart.COLOURS[1]) == 0, "what comes on another is not");
+    SwingUtilities.invokeAndWait(
+        () -> {
+          try {
+            frame.setClosed(true);
+          } catch (PropertyVetoException never) {
+            throw new IllegalStateException(never);
+          }
+        });
+    expect(LCM.getSingleton().getNumSubscriptions() == before, "a window that is closed is gone");
+  }
+
+  public static void main(String[] arguments) throws Exception {
+    runsAreNotMixed();
+    aMeanThatIsNotKnownIsNotDrawn();
+    thePluginDrawsWhatComesAndLeavesWithItsWindow();
+    whatComesAgainIsNotTaken();
+    nothingGrowsWithoutABound();
+    lcmSpyFindsThePlugin();
+    aLineIsDrawnForEachRun();
+    System.exit(failures > 0 ? 1 : 0); // Swing would wait for events
+  }
+}
