@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <map>
 #include <optional>
 #include <set>
@@ -21,6 +22,14 @@ namespace {
 
 using protocol::DefinitionKind;
 
+constexpr double kStatusPeriod_s =
+    std::chrono::duration<double>(protocol::kLearnerStatusPeriod).count();
+
+/// Times of a journal are anybody's: their difference may be no integer of theirs.
+double seconds_between(std::int64_t from_us, std::int64_t to_us) {
+  return (static_cast<double>(to_us) - static_cast<double>(from_us)) / 1e6;
+}
+
 struct KnownAnswerer {
   protocol::WorkerStatus status;
   std::int64_t num_results = 0;  ///< for the learner whose start came last
@@ -31,19 +40,20 @@ class StudyMessages {
  public:
   explicit StudyMessages(const std::filesystem::path& output_file) : log_(output_file) {}
 
-  void at(std::int64_t wall_time_us) {
-    time_us_ = wall_time_us;
-    if (!first_us_) first_us_ = wall_time_us;
-  }
+  void at(std::int64_t wall_time_us) { time_us_ = wall_time_us; }
 
   void before(const learner::LearnerCore& core, const JournalRecord& record) {
     if (const auto* start = std::get_if<JournalStart>(&record)) begin(core, *start);
     if (const auto* worker = std::get_if<KnownWorker>(&record)) join(*worker);
     const auto* result = std::get_if<AcceptedResult>(&record);
     if (!result) return;
-    // One that an extension has superseded answers no question of this study.
     const learner::Ledger::Entry* open = core.ledger().find(result->key);
-    if (open) ask_and_answer(core, *result, open->question);
+    if (!open) return;
+    if (result->key.number >= 0) {
+      ask_and_answer(core, *result, open->question);
+    } else {
+      evaluation_asked_ = open->question;
+    }
   }
 
   void applied(const learner::LearnerCore& core, const learner::Run& run) {
@@ -60,11 +70,18 @@ class StudyMessages {
   void after(const learner::LearnerCore& core, const JournalRecord& record) {
     const auto* result = std::get_if<AcceptedResult>(&record);
     if (result && result->key.number < 0) {
+      // One that an extension has superseded has left the question open, and answers no other.
+      const auto asked = std::exchange(evaluation_asked_, std::nullopt);
+      if (asked && (result->outcome.is_discarded() || !core.ledger().find(result->key))) {
+        ask_and_answer(core, *result, *asked);
+      }
       send(learner::run_status(core.runs()[static_cast<std::size_t>(result->key.run)], core.study(),
                                learner_id_));
     }
-    const std::int64_t period_us = protocol::kLearnerStatusPeriod / std::chrono::microseconds(1);
-    if (time_us_ - status_us_ >= period_us) send_status(core);
+    // A clock that went back must not silence it. Written so that no forged time overflows.
+    if (time_us_ < status_us_ || seconds_between(status_us_, time_us_) >= kStatusPeriod_s) {
+      send_status(core);
+    }
   }
 
   void finish(const learner::LearnerCore& core) {
@@ -82,12 +99,15 @@ class StudyMessages {
 
   void begin(const learner::LearnerCore& core, const JournalStart& start) {
     learner_id_ = start.learner_id;
+    started_us_ = time_us_;
     last_batch_ = 0;
+    heard_.clear();
     for (auto& [id, worker] : workers_) worker.num_results = 0;
     send_status(core);
   }
 
   void join(const KnownWorker& worker) {
+    heard_.insert(worker.worker_id);
     protocol::WorkerStatus& status = workers_[worker.worker_id].status;
     status.worker_id = worker.worker_id;
     status.host = worker.host;
@@ -123,6 +143,7 @@ class StudyMessages {
                                 .sequence = ++last_batch_,
                                 .rollouts = {std::move(request)},
                                 .acknowledgements = {}});
+    heard_.insert(result.worker_id);
     KnownAnswerer& worker = workers_[result.worker_id];
     worker.status.worker_id = result.worker_id;
     ++worker.status.num_evaluated;
@@ -155,19 +176,20 @@ class StudyMessages {
     protocol::LearnerStatus status = core.status(TimePoint{});
     status.learner_id = learner_id_;
     status.waiting_for.clear();  // a fold hears of no workers, and waits for nothing
-    const std::int64_t elapsed_us = time_us_ - first_us_.value_or(time_us_);
-    status.elapsed_s = static_cast<double>(std::max<std::int64_t>(elapsed_us, 0)) / 1e6;
-    status.num_workers = static_cast<std::int32_t>(workers_.size());
+    status.elapsed_s = std::max(seconds_between(started_us_, time_us_), 0.0);
+    status.num_workers = static_cast<std::int32_t>(heard_.size());
     send(std::move(status));
   }
 
   EventLog log_;
-  std::int64_t time_us_ = 0;  // of the record
-  std::optional<std::int64_t> first_us_;
-  std::int64_t status_us_ = 0;  // of the last status
+  std::int64_t time_us_ = 0;     // of the record
+  std::int64_t started_us_ = 0;  // of the learner whose start came last
+  std::int64_t status_us_ = 0;   // of the last status
   protocol::LearnerId learner_id_ = 0;
   std::int64_t last_batch_ = 0;
+  std::optional<learner::Question> evaluation_asked_;  // by the record at hand
   std::map<protocol::WorkerId, KnownAnswerer> workers_;
+  std::set<protocol::WorkerId> heard_;  // by that learner
   std::set<std::pair<protocol::LearnerId, protocol::DefinitionName>> defined_;
   std::map<int, int> best_;  // by run, the roll-out that was told last
 };

@@ -23,7 +23,8 @@ inline constexpr std::string_view kReplayedPrefix = "REPLAYED_";
 ///                       with the roll-out, right before its answer, as nobody has written down
 ///                       when it was asked for; reward_batch_t
 ///   result applied      run_status_t; best_policy_t if it is the run's best
-///   each second, end    learner_status_t; at the end worker_status_t with what each has done
+///   a record, once a second, and the end
+///                       learner_status_t; at the end worker_status_t with what each has done
 ///
 /// What a journal does not tell is 0 or empty: the learner's host, evaluators, what was sent again.
 /// @param output_file  empty: standard output

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -33,6 +34,21 @@ StateFiles find(const fs::path& path) {
     throw ConfigError("PATH", path.string(), "must be a journal or a folder that holds one");
   }
   return files;
+}
+
+/// An output replaces what has its name, and what is learnt is in these files alone.
+void require_not_of_the_state(const StateFiles& files, const fs::path& output) {
+  const auto refuse = [&](const fs::path& file) {
+    std::error_code is_not_there;
+    if (!fs::equivalent(output, file, is_not_there)) return;
+    throw ConfigError("--output", output.string(),
+                      fmt::format("must not be {}: what is learnt is in it", file.string()));
+  };
+  refuse(files.journal);
+  refuse(study_of(files.directory));
+  for (int extension = 1; fs::exists(earlier_study_of(files.directory, extension)); ++extension) {
+    refuse(earlier_study_of(files.directory, extension));
+  }
 }
 
 /// What a journal tells of itself, without its study.
@@ -250,6 +266,10 @@ bool replay(const ReplayOptions& options) {
                       "must stand beside --export, --policy, --show or --start");
   }
   const StateFiles files = find(options.path);
+  if (!options.output_file.empty()) require_not_of_the_state(files, options.output_file);
+  if (options.export_format == "lcm" && options.output_file.empty() && isatty(STDOUT_FILENO) == 1) {
+    throw ConfigError("--output", "", "must name a file: a log is nothing for a terminal");
+  }
   bool agreed = true;
   if (options.verify) {
     agreed = verify(files, options.refit);

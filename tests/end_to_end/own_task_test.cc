@@ -118,6 +118,7 @@ TEST_F(OwnTaskTest, InstallsAPageAndACompletionOfEachProgram) {
   for (const auto& entry : fs::directory_iterator(prefix_ / "bin")) {
     const std::string name = entry.path().filename();
     if (!name.starts_with("treeroll-")) continue;
+    if (read_file(entry.path()).starts_with("#!")) continue;  // a script says --help alone
     ++num_programs;
     EXPECT_THAT(read_file(prefix_ / "share/man/man1" / (name + ".1")), HasSubstr(".SH EXAMPLES"))
         << name;

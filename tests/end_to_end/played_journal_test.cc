@@ -288,7 +288,72 @@ TEST_F(PlayedJournalTest, NoWorkerRunsWhatIsPlayed) {
   EXPECT_TRUE(hearer.hear(seconds(20), [&] { return num_evaluated() > before; }));
 }
 
+TEST_F(PlayedJournalTest, ALearnerThatGoesOnCountsAnew) {
+  const Said extended =
+      service_.run("treeroll-learner", {"--resume", journal_.parent_path().string(), "--lcm-url",
+                                        service_.url(), "--set", "study.rollouts=90"});
+  ASSERT_EQ(extended.status, 0) << extended.errors;
+  const Said said = service_.run("treeroll-replay", {journal_.parent_path().string(), "--export",
+                                                     "lcm", "--output", log_.string()});
+  ASSERT_EQ(said.status, 0) << said.errors;
+  const std::vector<Told> events = events_of(log_);
+  const auto statuses = all_of_type<protocol::LearnerStatus>(events);
+  const auto second = std::ranges::find_if(statuses, [&](const protocol::LearnerStatus& status) {
+    return status.learner_id != statuses.front().learner_id;
+  });
+  ASSERT_NE(second, statuses.end());
+  EXPECT_EQ(second->elapsed_s, 0);
+  EXPECT_EQ(second->num_workers, 0);
+  EXPECT_EQ(statuses.back().num_workers, 1);
+  EXPECT_EQ(statuses.back().num_applied, 2 * 90);
+  EXPECT_EQ(statuses.back().num_evaluated, 4);
+  std::map<protocol::RolloutKey, int> answers;
+  protocol::RolloutRequest asked;
+  for (const Told& event : events) {
+    const protocol::Message message = message_of(event);
+    if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
+      asked = batch->rollouts.at(0);
+    } else if (const auto* batch = std::get_if<protocol::RewardBatch>(&message)) {
+      EXPECT_EQ(batch->results.at(0).key, asked.key);
+      EXPECT_EQ(batch->results.at(0).content, asked.content);
+      ++answers[asked.key];
+    }
+  }
+  EXPECT_EQ(answers.size(), 2U * 90U + 4U);
+  for (const auto& [key, number] : answers) EXPECT_EQ(number, 1) << key.run << " " << key.number;
+}
+
+TEST_F(PlayedJournalTest, WhatIsLearntIsNeverWrittenOver) {
+  const fs::path study = journal_.parent_path() / "study.toml";
+  const fs::path link = service_.directory() / "link.lcmlog";
+  fs::create_symlink(journal_, link);
+  for (const std::string format : {"lcm", "csv", "jsonl"}) {
+    for (const fs::path& output : {journal_, link, study}) {
+      const std::string before = read_file(output);
+      const Said said = service_.run(
+          "treeroll-replay",
+          {journal_.parent_path().string(), "--export", format, "--output", output.string()});
+      EXPECT_EQ(said.status, 2) << format << " " << output;
+      EXPECT_THAT(said.errors, HasSubstr("what is learnt is in it"));
+      EXPECT_EQ(read_file(output), before) << format << " " << output;
+    }
+  }
+}
+
 TEST_F(PlayedJournalTest, WhatIsThereIsWrittenOverOnlyWhole) {
+  const fs::path output = service_.directory() / "exports" / "old.lcmlog";
+  fs::create_directory(output.parent_path());
+  std::ofstream(output) << "old";
+  std::fstream(journal_).seekp(static_cast<std::streamoff>(fs::file_size(journal_) / 2)).put('~');
+  const Said damaged = service_.run("treeroll-replay", {journal_.parent_path().string(), "--export",
+                                                        "lcm", "--output", output.string()});
+  EXPECT_EQ(damaged.status, 1) << damaged.errors;
+  EXPECT_EQ(read_file(output), "old");
+  const fs::directory_iterator files(output.parent_path());
+  EXPECT_EQ(std::distance(begin(files), end(files)), 1) << "a half of it is left";
+}
+
+TEST_F(PlayedJournalTest, SaysWhatItCannotWrite) {
   const Said refused = service_.run("treeroll-replay",
                                     {journal_.parent_path().string(), "--export", "lcm", "--output",
                                      (service_.directory() / "none" / "x.lcmlog").string()});

@@ -57,6 +57,8 @@ class SpyTest(ProgramTest):
     def test_what_is_wrong_is_said(self):
         for words, display, said in ((["--nonsense"], ":9", "--nonsense: is no option"),
                                      (["--lcm-url"], ":9", "--lcm-url takes a value"),
+                                     (["--lcm-url", "nonsense"], ":9", "nonsense: must begin"),
+                                     (["--lcm-url="], ":9", "must begin with udpm://"),
                                      (["--channel="], ":9", "--channel: must be the name"),
                                      ([], "", "no display")):
             done = subprocess.run([SPY, *words], env={**os.environ, "DISPLAY": display}, text=True,

@@ -64,8 +64,11 @@ def help_of(program):
     path = PROGRAMS / program
     if not path.exists():
         return None
-    said = subprocess.run([path, "--help-man"], capture_output=True, text=True, check=True).stdout
-    return set(re.findall(r"^\\fB(--[a-z-]+)", said.replace("\\-", "-"), re.MULTILINE))
+    is_script = path.read_bytes().startswith(b"#!")
+    said = subprocess.run([path, "--help" if is_script else "--help-man"], capture_output=True, text=True,
+                          check=True).stdout
+    begins = r"^  (--[a-z-]+)" if is_script else r"^\\fB(--[a-z-]+)"
+    return set(re.findall(begins, said.replace("\\-", "-"), re.MULTILINE))
 
 
 def unknown_options(text):

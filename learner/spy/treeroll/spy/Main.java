@@ -1,7 +1,6 @@
 package treeroll.spy;
 
 import java.awt.AWTError;
-import java.awt.HeadlessException;
 import java.awt.Toolkit;
 import java.io.IOException;
 import javax.swing.JFrame;
@@ -15,7 +14,7 @@ final class Main {
   public static void main(String[] arguments) {
     try {
       open(arguments[0]);
-    } catch (AWTError | HeadlessException | IOException | LinkageError error) {
+    } catch (AWTError | IOException | LinkageError | RuntimeException error) {
       System.err.println("treeroll-spy: cannot open a window: " + error.getMessage());
       System.exit(1);
     }

@@ -7,33 +7,44 @@ import info.monitorenter.gui.chart.traces.Trace2DSimple;
 import java.awt.BasicStroke;
 import java.awt.BorderLayout;
 import java.awt.Color;
+import java.awt.Component;
 import java.awt.FlowLayout;
-import java.util.ArrayList;
 import java.util.HashMap;
-import java.util.List;
+import java.util.LinkedHashMap;
 import java.util.Map;
+import javax.swing.DefaultListCellRenderer;
 import javax.swing.JComboBox;
 import javax.swing.JLabel;
+import javax.swing.JList;
 import javax.swing.JPanel;
 import treeroll.run_status_t;
 
 /** A line for each run, coloured by condition, and what the colours mean. In Swing's thread. */
 final class RewardChart extends JPanel {
   private static final String ALL = "all conditions";
+  private static final int NAMES_MAX = 20; // in the legend
+  private static final BasicStroke STROKE = new BasicStroke(1.5f);
   /** Told apart by those who see no red or no green, too (Okabe and Ito). */
   static final Color[] COLOURS = {
     new Color(0x0072B2), new Color(0xD55E00), new Color(0x009E73), new Color(0xCC79A7),
     new Color(0xE69F00), new Color(0x56B4E9), new Color(0x000000)
   };
 
+  /** How much of a run is drawn. An unknown reward is no point of the line. */
+  private static final class Line {
+    final ITrace2D trace = new Trace2DSimple();
+    int drawn = 0;
+  }
+
   private final StudyHistory history = new StudyHistory();
   private final Chart2D chart = new Chart2D();
-  private final Map<StudyHistory.RunName, ITrace2D> lines = new HashMap<>();
+  private final Map<StudyHistory.RunName, Line> lines = new HashMap<>();
   private final JComboBox<RunHistory.Measure> measure =
       new JComboBox<>(RunHistory.Measure.values());
-  private final JComboBox<String> shown = new JComboBox<>(new String[] {ALL});
+  private final JComboBox<Object> shown = new JComboBox<>(new Object[] {ALL});
   private final JPanel legend = new JPanel(new FlowLayout(FlowLayout.LEFT));
-  private final List<StudyHistory.Group> inLegend = new ArrayList<>();
+  private final Map<StudyHistory.Group, Color> inLegend = new LinkedHashMap<>();
+  private boolean saysOverflow = false;
 
   RewardChart() {
     super(new BorderLayout());
@@ -43,6 +54,7 @@ final class RewardChart extends JPanel {
     chart.getAxisY().setPaintGrid(true);
     JPanel choices = new JPanel(new FlowLayout(FlowLayout.LEFT));
     choices.add(measure);
+    shown.setRenderer(new GroupNames());
     choices.add(shown);
     add(choices, BorderLayout.NORTH);
     add(chart, BorderLayout.CENTER);
@@ -52,19 +64,30 @@ final class RewardChart extends JPanel {
   }
 
   void take(run_status_t status) {
-    if (!history.take(status)) return;
-    StudyHistory.RunName name = new StudyHistory.RunName(status.learner_id, status.run);
-    if (inLegend.size() < history.groups().size()) writeLegend();
-    draw(name);
+    StudyHistory.News news = history.take(status);
+    if (inLegend.size() < history.groups().size() || history.overflows() != saysOverflow) {
+      writeLegend();
+    }
+    switch (news) {
+      case NOTHING -> {}
+      case A_POINT -> draw(new StudyHistory.RunName(status.learner_id, status.run));
+      case ALL -> drawAll();
+    }
+  }
+
+  /** Conditions as they are called now: another learner gives all of them longer names. */
+  private final class GroupNames extends DefaultListCellRenderer {
+    @Override
+    public Component getListCellRendererComponent(
+        JList<?> list, Object value, int index, boolean isSelected, boolean hasFocus) {
+      Object words = value instanceof StudyHistory.Group group ? history.nameOf(group) : value;
+      return super.getListCellRendererComponent(list, words, index, isSelected, hasFocus);
+    }
   }
 
   private boolean isShown(StudyHistory.Group group) {
     Object chosen = shown.getSelectedItem();
-    return chosen == null || chosen.equals(ALL) || chosen.equals(history.nameOf(group));
-  }
-
-  private Color colourOf(StudyHistory.Group group) {
-    return COLOURS[inLegend.indexOf(group) % COLOURS.length];
+    return chosen == null || chosen.equals(ALL) || chosen.equals(group);
   }
 
   /** Its new point; all of them where it has none of the earlier ones, or fewer. */
@@ -72,18 +95,23 @@ final class RewardChart extends JPanel {
     StudyHistory.Group group = history.groupOf(name);
     if (!isShown(group)) return;
     RunHistory run = history.runs().get(name);
-    RunHistory.Measure drawn = (RunHistory.Measure) measure.getSelectedItem();
-    ITrace2D line = lines.get(name);
-    if (line == null) {
-      line = new Trace2DSimple(run.condition + " " + run.repetition);
-      line.setColor(colourOf(group));
-      line.setStroke(new BasicStroke(1.5f));
-      lines.put(name, line);
-      chart.addTrace(line);
+    RunHistory.Measure measured = (RunHistory.Measure) measure.getSelectedItem();
+    Line line = lines.get(name);
+    if (line != null && line.drawn != run.size() - 1) {
+      if (!line.trace.isEmpty()) chart.removeTrace(line.trace);
+      line = null;
     }
-    if (line.getSize() != run.size() - 1) line.removeAllPoints();
-    for (int i = line.getSize(); i < run.size(); ++i) {
-      line.addPoint(run.rolloutsAt(i), run.rewardAt(i, drawn));
+    if (line == null) {
+      line = new Line();
+      line.trace.setColor(inLegend.get(group));
+      line.trace.setStroke(STROKE);
+      lines.put(name, line);
+    }
+    for (; line.drawn < run.size(); ++line.drawn) {
+      double reward = run.rewardAt(line.drawn, measured);
+      if (Double.isNaN(reward)) continue; // as the first point it would spoil the axis' scale
+      if (line.trace.isEmpty()) chart.addTrace(line.trace);
+      line.trace.addPoint(run.rolloutsAt(line.drawn), reward);
     }
   }
 
@@ -96,22 +124,25 @@ final class RewardChart extends JPanel {
   }
 
   private void writeLegend() {
-    Object chosen = shown.getSelectedItem();
-    inLegend.clear();
-    inLegend.addAll(history.groups());
-    legend.removeAll();
-    shown.removeAllItems();
-    shown.addItem(ALL);
-    for (StudyHistory.Group group : inLegend) {
-      JLabel label = new JLabel("\u2014 " + history.nameOf(group));
-      label.setForeground(colourOf(group));
-      legend.add(label);
-      shown.addItem(history.nameOf(group));
+    for (StudyHistory.Group group : history.groups()) {
+      if (inLegend.containsKey(group)) continue;
+      inLegend.put(group, COLOURS[inLegend.size() % COLOURS.length]);
+      shown.addItem(group);
     }
-    if (history.overflows()) legend.add(new JLabel("more runs speak than are drawn"));
-    shown.setSelectedItem(chosen);
-    if (shown.getSelectedItem() == null) shown.setSelectedItem(ALL);
+    saysOverflow = history.overflows();
+    legend.removeAll();
+    inLegend.entrySet().stream()
+        .limit(NAMES_MAX)
+        .forEach(
+            entry -> {
+              JLabel label = new JLabel("\u2014 " + history.nameOf(entry.getKey()));
+              label.setForeground(entry.getValue());
+              legend.add(label);
+            });
+    if (inLegend.size() > NAMES_MAX) legend.add(new JLabel("\u2026"));
+    if (saysOverflow) legend.add(new JLabel("more runs speak than are drawn"));
     legend.revalidate();
     legend.repaint();
+    shown.repaint();
   }
 }

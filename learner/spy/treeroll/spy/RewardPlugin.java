@@ -3,11 +3,12 @@ package treeroll.spy;
 import java.awt.Container;
 import java.awt.event.ActionEvent;
 import java.io.IOException;
+import java.util.regex.Pattern;
 import javax.swing.AbstractAction;
 import javax.swing.Action;
 import javax.swing.JDesktopPane;
 import javax.swing.JInternalFrame;
-import javax.swing.SwingUtilities;
+import javax.swing.Timer;
 import javax.swing.event.InternalFrameAdapter;
 import javax.swing.event.InternalFrameEvent;
 import lcm.lcm.LCM;
@@ -20,6 +21,7 @@ import treeroll.run_status_t;
 /** What lcm-spy offers on a channel of run_status_t: "Reward by run". It finds this class itself. */
 public final class RewardPlugin implements SpyPlugin {
   static final String TITLE = "Reward by run";
+  private static final int DRAW_EVERY_MS = 100;
 
   @Override
   public boolean canHandle(long fingerprint) {
@@ -32,12 +34,12 @@ public final class RewardPlugin implements SpyPlugin {
       @Override
       public void actionPerformed(ActionEvent event) {
         JInternalFrame frame = new JInternalFrame(channel.name, true, true, true);
-        LCMSubscriber subscription = listen(channel.name, frame.getContentPane());
+        Runnable leave = listen(channel.name, frame.getContentPane());
         frame.addInternalFrameListener(
             new InternalFrameAdapter() {
               @Override
               public void internalFrameClosed(InternalFrameEvent closed) {
-                LCM.getSingleton().unsubscribe(channel.name, subscription);
+                leave.run();
               }
             });
         desktop.add(frame);
@@ -47,20 +49,30 @@ public final class RewardPlugin implements SpyPlugin {
     };
   }
 
-  /** Draws what comes on a channel from now on. Learners say it again every few seconds. */
-  static LCMSubscriber listen(String channel, Container place) {
+  /**
+   * Draws what comes on a channel from now on. Learners say it again every few seconds.
+   *
+   * @return what ends it
+   */
+  static Runnable listen(String channel, Container place) {
     RewardChart chart = new RewardChart();
     place.add(chart);
-    LCMSubscriber subscriber = (lcm, name, bytes) -> take(chart, bytes);
-    LCM.getSingleton().subscribe(channel, subscriber);
-    return subscriber;
+    Inbox inbox = new Inbox();
+    Timer timer = new Timer(DRAW_EVERY_MS, event -> inbox.drain(chart::take));
+    LCMSubscriber subscriber = (lcm, name, bytes) -> take(inbox, bytes);
+    String pattern = Pattern.quote(channel);
+    LCM.getSingleton().subscribe(pattern, subscriber);
+    timer.start();
+    return () -> {
+      LCM.getSingleton().unsubscribe(pattern, subscriber);
+      timer.stop();
+    };
   }
 
   /** In LCM's thread. */
-  private static void take(RewardChart chart, LCMDataInputStream bytes) {
+  private static void take(Inbox inbox, LCMDataInputStream bytes) {
     try {
-      run_status_t status = new run_status_t(bytes);
-      SwingUtilities.invokeLater(() -> chart.take(status));
+      inbox.put(new run_status_t(bytes));
     } catch (IOException | RuntimeException notOurs) {
       // Of another version: lcm-spy's table counts it as an error.
     }

@@ -14,29 +14,60 @@ final class StudyHistory {
   /** Runs of one condition of one learner are alike, and have one colour. */
   record Group(long learner, String condition) {}
 
-  /** Further ones are counted, not kept: what is on the network has no bound. */
+  /** Further ones are not kept: what is on the network has no bound. */
   static final int RUNS_MAX = 5000;
+
+  /** Of all runs, what the heap holds with their lines (-Xmx, treeroll-spy.in). */
+  static final int POINTS_MAX = 1_000_000;
+
+  /** What a status has changed. */
+  enum News {
+    NOTHING,
+    A_POINT,
+    /** There were too many points: many runs have lost some. */
+    ALL
+  }
 
   private final Map<RunName, RunHistory> runs = new LinkedHashMap<>();
   private final Set<Group> groups = new LinkedHashSet<>();
   private final Set<Long> learners = new LinkedHashSet<>();
+  private int points = 0;
   private boolean overflows = false;
 
-  /** Whether there is something new to draw. */
-  boolean take(run_status_t status) {
+  News take(run_status_t status) {
+    if (!RunHistory.isSound(status)) return News.NOTHING;
     RunName name = new RunName(status.learner_id, status.run);
     RunHistory run = runs.get(name);
     if (run == null) {
       if (runs.size() >= RUNS_MAX) {
         overflows = true;
-        return false;
+        return News.NOTHING;
       }
       run = new RunHistory(status);
       runs.put(name, run);
       groups.add(groupOf(name));
       learners.add(name.learner());
     }
-    return run.take(status);
+    int before = run.size();
+    if (!run.take(status)) return News.NOTHING;
+    points += run.size() - before;
+    if (points <= POINTS_MAX) return News.A_POINT;
+    thinOut();
+    return News.ALL;
+  }
+
+  /** Halves the runs that are longer than half of the mean: they have half of all points. */
+  private void thinOut() {
+    int limit = points / runs.size() / 2;
+    points = 0;
+    for (RunHistory run : runs.values()) {
+      if (run.size() > limit) run.thinOut();
+      points += run.size();
+    }
+  }
+
+  int points() {
+    return points;
   }
 
   Map<RunName, RunHistory> runs() {

@@ -12,6 +12,7 @@ import javax.swing.Action;
 import javax.swing.JComboBox;
 import javax.swing.JDesktopPane;
 import javax.swing.JInternalFrame;
+import javax.swing.JLabel;
 import javax.swing.SwingUtilities;
 import lcm.lcm.LCM;
 import lcm.spy.ChannelData;
@@ -36,6 +37,7 @@ final class SpyTest {
     status.run = run;
     status.condition = condition;
     status.num_applied = applied;
+    status.num_rollouts = 1_000_000;
     status.last_reward = 0.5;
     status.mean_reward = applied / 100.0;
     status.best_reward = 0.25;
@@ -44,11 +46,11 @@ final class SpyTest {
 
   private static void runsAreNotMixed() {
     StudyHistory history = new StudyHistory();
-    expect(history.take(status(1, 0, "tree", 1)), "a first status is news");
-    expect(history.take(status(2, 0, "tree", 1)), "run 0 of another learner is another run");
-    expect(history.take(status(1, 1, "tree", 1)), "another repetition is another run");
-    expect(history.take(status(1, 2, "flat", 1)), "another condition is another run");
-    expect(history.take(status(1, 0, "tree", 2)), "a run goes on");
+    expect(history.take(status(1, 0, "tree", 1)) == StudyHistory.News.A_POINT, "a first status is news");
+    expect(history.take(status(2, 0, "tree", 1)) == StudyHistory.News.A_POINT, "run 0 of another learner is another run");
+    expect(history.take(status(1, 1, "tree", 1)) == StudyHistory.News.A_POINT, "another repetition is another run");
+    expect(history.take(status(1, 2, "flat", 1)) == StudyHistory.News.A_POINT, "another condition is another run");
+    expect(history.take(status(1, 0, "tree", 2)) == StudyHistory.News.A_POINT, "a run goes on");
     expect(history.runs().size() == 4, "four runs are told apart");
     expect(history.runs().get(new StudyHistory.RunName(1, 0)).size() == 2, "run 0 of learner 1");
     expect(history.runs().get(new StudyHistory.RunName(2, 0)).size() == 1, "run 0 of learner 2");
@@ -65,10 +67,7 @@ final class SpyTest {
     expect(run.take(status(1, 0, "tree", 5)), "news");
     expect(!run.take(status(1, 0, "tree", 5)), "the same again");
     expect(!run.take(status(1, 0, "tree", 4)), "one that was overtaken");
-    run_status_t last = status(1, 0, "tree", 5);
-    last.done = true;
-    run.take(last);
-    expect(run.isDone() && run.size() == 1, "its end is noted all the same");
+    expect(run.size() == 1, "one point is kept");
   }
 
   private static void nothingGrowsWithoutABound() {
@@ -86,6 +85,82 @@ final class SpyTest {
     for (int i = 0; i < StudyHistory.RUNS_MAX + 10; ++i) history.take(status(1, i, "tree", 1));
     expect(history.runs().size() == StudyHistory.RUNS_MAX, "runs are bounded");
     expect(history.overflows(), "and that is known");
+  }
+
+  private interface Fault {
+    void into(run_status_t status);
+  }
+
+  private static void whatNoLearnerSaysIsRefused() {
+    List<Fault> faults =
+        List.of(
+            status -> status.mean_reward = Double.NaN,
+            status -> status.last_reward = Double.POSITIVE_INFINITY,
+            status -> status.best_reward = -1e-9,
+            status -> status.num_applied = Integer.MAX_VALUE,
+            status -> status.num_applied = -1,
+            status -> status.condition = "x".repeat(129));
+    for (Fault fault : faults) {
+      StudyHistory history = new StudyHistory();
+      history.take(status(1, 0, "tree", 1));
+      run_status_t status = status(1, 0, "tree", 2);
+      fault.into(status);
+      expect(
+          history.take(status) == StudyHistory.News.NOTHING, "refused: " + faults.indexOf(fault));
+      expect(
+          history.take(status(1, 0, "tree", 2)) == StudyHistory.News.A_POINT,
+          "and the run is not silenced by it: " + faults.indexOf(fault));
+    }
+  }
+
+  private static int labels(RewardChart chart, String words) {
+    int found = 0;
+    for (Component part : ((Container) chart.getComponent(2)).getComponents()) {
+      if (part instanceof JLabel label && label.getText().contains(words)) ++found;
+    }
+    return found;
+  }
+
+  private static void theLegendSaysWhatIsLeftOut() {
+    RewardChart chart = new RewardChart();
+    String words = "more runs speak than are drawn";
+    for (int i = 0; i < StudyHistory.RUNS_MAX; ++i) chart.take(status(i / 100, i, "tree", 0));
+    expect(labels(chart, words) == 0, "all are drawn");
+    expect(labels(chart, "tree, learner") == 20, "of many learners the first are named");
+    expect(choice(chart, 1).getItemCount() == 51, "all can be chosen");
+    for (int i = 0; i < 3; ++i) chart.take(status(1, StudyHistory.RUNS_MAX + i, "tree", 0));
+    expect(labels(chart, words) == 1, "that there are more is said, once");
+  }
+
+  private static void allPointsAreBounded() {
+    StudyHistory history = new StudyHistory();
+    boolean thinned = false;
+    int most = 0;
+    for (int run = 0; run < 3000; ++run) { // 1.5 million
+      for (int i = 1; i <= 500; ++i) {
+        thinned |= history.take(status(1, run, "tree", i)) == StudyHistory.News.ALL;
+        most = Math.max(most, history.points());
+      }
+    }
+    expect(thinned && most <= StudyHistory.POINTS_MAX, "all points are bounded: " + most);
+    int sum = 0;
+    for (RunHistory run : history.runs().values()) {
+      sum += run.size();
+      expect(run.rolloutsAt(run.size() - 1) == 500, "the last of each run stays");
+    }
+    expect(sum == history.points(), "they are counted: " + sum + " " + history.points());
+    expect(sum > StudyHistory.POINTS_MAX / 4, "no more are lost than must be: " + sum);
+  }
+
+  private static void ofTooManyTheNewestWait() {
+    Inbox inbox = new Inbox();
+    for (int i = 1; i <= Inbox.STATUSES_MAX + 5; ++i) inbox.put(status(1, 0, "tree", i));
+    List<Integer> taken = new ArrayList<>();
+    inbox.drain(status -> taken.add(status.num_applied));
+    expect(taken.size() == Inbox.STATUSES_MAX, "what waits is bounded: " + taken.size());
+    expect(taken.get(0) == 6, "the oldest are lost: " + taken.get(0));
+    expect(taken.get(taken.size() - 1) == Inbox.STATUSES_MAX + 5, "the newest is not");
+    inbox.drain(status -> expect(false, "what is taken waits no more"));
   }
 
   private static void lcmSpyFindsThePlugin() {
@@ -145,10 +220,12 @@ final class SpyTest {
       chart.take(flat);
     }
     expect(count(picture(chart), second) > 300, "another condition has another colour");
-    choice(chart, 1).setSelectedItem("flat");
+    choice(chart, 1).setSelectedItem(new StudyHistory.Group(1, "flat"));
     BufferedImage flat = picture(chart);
     expect(count(flat, first) == 0, "a condition that is not chosen is not shown");
     expect(count(flat, second) > 300, "the chosen one is");
+    chart.take(status(2, 0, "tree", 1));
+    expect(count(picture(chart), first) == 0, "a learner that comes does not change the choice");
     choice(chart, 1).setSelectedIndex(0);
     choice(chart, 0).setSelectedItem(RunHistory.Measure.LAST);
     // Both runs have the same last reward all along: the line drawn last hides the other one.
@@ -157,25 +234,51 @@ final class SpyTest {
     expect(count(last, first) == 0 || count(last, second) == 0, "of the same numbers, one line");
   }
 
-  private static void aMeanThatIsNotKnownIsNotDrawn() {
-    RewardChart chart = new RewardChart();
-    Color colour = RewardChart.COLOURS[0];
-    for (int i = 1; i <= 60; ++i) {
-      run_status_t status = status(1, 0, "tree", i);
-      status.mean_reward = i == 30 ? 0 : 0.9 + i / 1000.0;
-      chart.take(status);
+  private static int highest(BufferedImage image, Color colour) {
+    for (int y = 0; y < 450; ++y) {
+      for (int x = 0; x < image.getWidth(); ++x) {
+        if ((image.getRGB(x, y) & 0xffffff) == (colour.getRGB() & 0xffffff)) return y;
+      }
     }
-    expect(count(picture(chart), colour) > 300, "the known ones are drawn");
+    return 450;
+  }
+
+  private static void aMeanThatIsNotKnownIsNotDrawn() {
+    for (int unknown : new int[] {1, 30}) { // the first of a run, of a later layer
+      RewardChart chart = new RewardChart();
+      Color colour = RewardChart.COLOURS[0];
+      for (int i = 1; i <= 60; ++i) {
+        run_status_t status = status(1, 0, "tree", i);
+        status.num_switches = i < 30 ? 0 : 1;
+        status.mean_reward = i == unknown ? 0 : 0.9 + i / 1000.0;
+        chart.take(status);
+      }
+      BufferedImage picture = picture(chart);
+      expect(count(picture, colour) > 300, "the known ones are drawn");
+      int row = highest(picture, colour);
+      expect(row < 150, "to the scale of what is known, not in a corner: " + row);
+    }
+  }
+
+  private static double meanOf(RunHistory run, int applied, int switches, double mean, double last) {
+    run_status_t status = status(1, 0, "tree", applied);
+    status.num_switches = switches;
+    status.mean_reward = mean;
+    status.last_reward = last;
+    run.take(status);
+    return run.rewardAt(run.size() - 1, RunHistory.Measure.MEAN);
+  }
+
+  private static void aMeanOfZerosIsKnown() {
     RunHistory run = new RunHistory(status(1, 0, "tree", 0));
-    run_status_t unknown = status(1, 0, "tree", 1);
-    unknown.mean_reward = 0;
-    run.take(unknown);
-    expect(Double.isNaN(run.rewardAt(0, RunHistory.Measure.MEAN)), "unknown");
-    run_status_t failing = status(1, 0, "tree", 2);
-    failing.mean_reward = 0;
-    failing.last_reward = 0;
-    run.take(failing);
-    expect(run.rewardAt(1, RunHistory.Measure.MEAN) == 0, "a mean of nothing but zeros is 0");
+    expect(Double.isNaN(meanOf(run, 1, 0, 0, 0)), "one reward has no mean");
+    expect(meanOf(run, 2, 0, 0, 0) == 0, "two failed roll-outs have: 0");
+    expect(meanOf(run, 3, 0, 0.5, 0.5) == 0.5, "a mean");
+    expect(meanOf(run, 4, 0, 0, 0.5) == 0, "a 0 within a layer is a mean");
+    expect(Double.isNaN(meanOf(run, 5, 1, 0, 0.5)), "a layer begins");
+    expect(Double.isNaN(meanOf(run, 6, 1, 0, 0)), "the last layer's late failure is no mean");
+    expect(meanOf(run, 7, 1, 0.5, 0.5) == 0.5, "the layer's first mean");
+    expect(meanOf(run, 8, 1, 0, 0) == 0, "and one of 0");
   }
 
   /** What a right click in lcm-spy does, over a network within this process. */
@@ -214,6 +317,11 @@ final class SpyTest {
   public static void main(String[] arguments) throws Exception {
     runsAreNotMixed();
     aMeanThatIsNotKnownIsNotDrawn();
+    aMeanOfZerosIsKnown();
+    whatNoLearnerSaysIsRefused();
+    theLegendSaysWhatIsLeftOut();
+    allPointsAreBounded();
+    ofTooManyTheNewestWait();
     thePluginDrawsWhatComesAndLeavesWithItsWindow();
     whatComesAgainIsNotTaken();
     nothingGrowsWithoutABound();
