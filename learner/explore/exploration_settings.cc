@@ -35,8 +35,8 @@ double start_work(const Policy& policy) {
 /// refused.
 class Reader {
  public:
-  Reader(SettingsReader& source, ExplorationSettings& settings)
-      : source_(source), settings_(settings) {}
+  Reader(SettingsReader& source, ExplorationSettings& settings, StartWork work)
+      : source_(source), settings_(settings), work_(work) {}
 
   void read_rule(std::span<const UpdateRuleKind> rules) {
     std::vector<std::string_view> names;
@@ -184,7 +184,7 @@ class Reader {
   }
 
   void check_work(const Policy& policy, const char* key, const char* rule) {
-    if (start_work(policy) <= kStartWorkMax) return;
+    if (work_ == StartWork::kAny || start_work(policy) <= kStartWorkMax) return;
     source_.refuse(
         key,
         fmt::format("{}: otherwise theta^2 x (theta + 100 x outputs) must be at most {:.0e}, "
@@ -200,14 +200,16 @@ class Reader {
 
   SettingsReader& source_;
   ExplorationSettings& settings_;
+  StartWork work_;
 };
 
 }  // namespace
 
 ExplorationSettings read_exploration_settings(SettingsReader& exploration, const Policy& start,
-                                              std::span<const UpdateRuleKind> rules) {
+                                              std::span<const UpdateRuleKind> rules,
+                                              StartWork work) {
   ExplorationSettings settings;
-  Reader reader(exploration, settings);
+  Reader reader(exploration, settings, work);
   reader.read_rule(rules);
   reader.read_convergence();
   reader.read_noise(start);

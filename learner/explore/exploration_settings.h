@@ -43,6 +43,10 @@ struct ExplorationSettings {
   bool operator==(const ExplorationSettings&) const = default;
 };
 
+/// Whether what a layer's start costs is bounded. A study that has begun has had its starts, and is
+/// read whatever they cost.
+enum class StartWork { kBounded, kAny };
+
 /// Reads the [exploration] table of a study for a given start policy (number of layers and of noise
 /// variances). `num_rollouts` and `in_flight` are the study's and stay untouched.
 /// Where there is no `noise_variance`, the noise follows from what theta does to the output, and
@@ -54,6 +58,7 @@ struct ExplorationSettings {
 /// @param rules  that a study may name
 ExplorationSettings read_exploration_settings(
     SettingsReader& exploration, const Policy& start,
-    std::span<const UpdateRuleKind> rules = standard_update_rules());
+    std::span<const UpdateRuleKind> rules = standard_update_rules(),
+    StartWork work = StartWork::kBounded);
 
 }  // namespace treeroll::explore

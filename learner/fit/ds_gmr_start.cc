@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/policy/ds_gmr/ds_gmr_policy.h"
 #include "common/policy/ds_gmr/spring.h"
@@ -21,44 +24,58 @@ namespace {
 /// Softer springs lag behind the swing-up's demonstration.
 constexpr double kPullOtherwise = 88;
 constexpr Eigen::Index kSamplesMin = 3;
+constexpr int kGapSteps = 5;
 
 double square(double number) { return number * number; }
 
 DsGmrPolicy::Pull read_pull(SettingsReader& policy, LinearRange range) {
   const double duration = range.high - range.low;
-  return {
+  const DsGmrPolicy::Pull pull{
       .low = range.low,
       .high = range.high,
       .stiffness = policy.number(
-          "stiffness",
-          {.min = square(DsGmrPolicy::kPullMin / duration),
-           .max = square(DsGmrPolicy::kPullMax / duration)},
-          square(kPullOtherwise / duration),
+          "stiffness", kPositive, square(kPullOtherwise / duration),
           {.meaning = "kp of the spring that pulls the movement along the attractor, critically "
                       "damped",
            .unit = "1/s^2",
            .otherwise = "(88 / duration)^2",
            .rule = "its root times the duration is 1 to 1e5"})};
+  // Of a duration too short or too long no stiffness is a number.
+  if (!DsGmrPolicy::is_pull(pull)) {
+    policy.refuse("stiffness",
+                  fmt::format("{}, and the movement is {:g} s", DsGmrPolicy::kPullRule, duration));
+  }
+  return pull;
 }
 
-/// The attractors of recordings one after the other: a new one begins where the time falls.
+/// The time between samples, as it mostly is.
+double median_step(const Eigen::MatrixXd& data) {
+  std::vector<double> steps;
+  for (Eigen::Index n = 1; n < data.cols(); ++n) {
+    const double step = data(0, n) - data(0, n - 1);
+    if (step > 0) steps.push_back(step);
+  }
+  if (steps.empty()) return 0;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+/// The attractors of recordings one after the other: a new one begins where the time does not rise,
+/// or leaves a gap. Over such a seam there is no acceleration.
 Eigen::MatrixXd attractors(SettingsReader& policy, const Eigen::MatrixXd& data, double stiffness) {
   Eigen::MatrixXd attractors(data.rows(), data.cols());
+  const double gap = kGapSteps * median_step(data);
   Eigen::Index first = 0;
   for (Eigen::Index n = 1; n <= data.cols(); ++n) {
-    const bool is_next = n == data.cols() || data(0, n) < data(0, n - 1);
-    if (!is_next && data(0, n) == data(0, n - 1)) {
-      policy.refuse("demonstration",
-                    fmt::format("of this kind of policy must have times that rise: samples {} and "
-                                "{} have {}",
-                                n, n + 1, data(0, n)));
-    }
-    if (!is_next) continue;
+    const double step = n == data.cols() ? 0 : data(0, n) - data(0, n - 1);
+    if (step > 0 && step <= gap) continue;
     if (n - first < kSamplesMin) {
       policy.refuse("demonstration",
-                    fmt::format("of this kind of policy must have {} samples in each recording: "
-                                "the one that begins with sample {} has {}",
-                                kSamplesMin, first + 1, n - first));
+                    fmt::format("of this kind of policy must have {} samples in each recording, "
+                                "which ends where the time does not rise or leaves a gap of more "
+                                "than {} median steps: the one that begins with sample {} has {}",
+                                kSamplesMin, kGapSteps, first + 1, n - first));
     }
     attractors.middleCols(first, n - first) =
         attractor_of(data.middleCols(first, n - first), stiffness);

@@ -11,7 +11,10 @@ namespace treeroll {
 ///   stiffness = 1600        # kp, 1/s^2; (88 / duration)^2 by default
 ///
 /// The attractor is fitted to u + (u'' + kv u') / kp of the demonstration u, which is to be smooth:
-/// of one input, the time, that rises within each recording. With start = "components":
+/// of one input, the time. A recording ends where the time does not rise, or leaves a gap of more
+/// than five median steps; files whose times go on from one to the next are one recording. One that
+/// does not begin at rest makes a movement that begins beside it, by (u'' + kv u') / kp.
+/// components = "auto" and the log-likelihoods speak of the attractor. With start = "components":
 ///
 ///   range = [0.0, 2.2]      # when the movement begins and ends
 ///

@@ -53,9 +53,11 @@ void read_start_file(const std::filesystem::path& study_file, const SettingOrigi
 }
 
 explore::ExplorationSettings read_exploration(const json& settings, const Policy& policy,
-                                              StudyBudget budget, json& resolved) {
+                                              StudyBudget budget, explore::StartWork work,
+                                              json& resolved) {
   SettingsReader reader(settings, "exploration", resolved);
-  explore::ExplorationSettings exploration = explore::read_exploration_settings(reader, policy);
+  explore::ExplorationSettings exploration =
+      explore::read_exploration_settings(reader, policy, explore::standard_update_rules(), work);
   reader.finish();
   exploration.num_rollouts = budget.num_rollouts;
   exploration.in_flight = budget.in_flight;
@@ -100,11 +102,13 @@ int form_of(const StudyDocument& document, int form_unsaid) {
 class StudyBuilder {
  public:
   StudyBuilder(std::filesystem::path file, const StudyDocument& document,
-               const PolicyRegistry& policies, StoredStarts starts, int form_unsaid)
+               const PolicyRegistry& policies, StoredStarts starts, int form_unsaid,
+               explore::StartWork work)
       : file_(std::move(file)),
         document_(document),
         registry_(policies),
-        policies_(policies, stored_, starts, form_of(document, form_unsaid)) {
+        policies_(policies, stored_, starts, form_of(document, form_unsaid)),
+        work_(work) {
     const json& attached = document.attached();
     try {
       if (attached.contains("demonstrations")) {
@@ -179,7 +183,7 @@ class StudyBuilder {
         .task_content = std::move(task.content),
         .start = policy.start.policy,
         .exploration = read_exploration(settings.at("exploration"), *policy.start.policy, budget,
-                                        exploration_table),
+                                        work_, exploration_table),
         .signals = task.signals.empty() ? policy.signals : task.signals};
     check_message_sizes(condition);
     loaded_.log_likelihoods.push_back(policy.start.log_likelihoods);
@@ -239,15 +243,17 @@ class StudyBuilder {
   json study_table_;
   StudyBytes resolved_bytes_;
   std::string lasting_;  // a hash a condition
+  explore::StartWork work_;
   std::int64_t num_rollouts_ = 0;
   std::int64_t in_flight_ = 0;
 };
 
 /// @param form_unsaid  of a study that does not say its form
 LoadedStudy load(const std::filesystem::path& file, const std::vector<std::string>& overrides,
-                 const PolicyRegistry& policies, StoredStarts starts, int form_unsaid) {
+                 const PolicyRegistry& policies, StoredStarts starts, int form_unsaid,
+                 explore::StartWork work) {
   const StudyDocument document(file, overrides);
-  StudyBuilder builder(file, document, policies, starts, form_unsaid);
+  StudyBuilder builder(file, document, policies, starts, form_unsaid, work);
   for (std::size_t i = 0; i < document.num_conditions(); ++i) builder.add_condition(i);
   return builder.take();
 }
@@ -256,12 +262,12 @@ LoadedStudy load(const std::filesystem::path& file, const std::vector<std::strin
 
 LoadedStudy load_study(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                        const PolicyRegistry& policies, StoredStarts starts) {
-  return load(file, overrides, policies, starts, kStudyFormat);
+  return load(file, overrides, policies, starts, kStudyFormat, explore::StartWork::kBounded);
 }
 
 LoadedStudy load_resolved_study(const std::filesystem::path& file,
                                 const std::vector<std::string>& overrides, StoredStarts starts) {
-  return load(file, overrides, learnable_policies(), starts, 1);
+  return load(file, overrides, learnable_policies(), starts, 1, explore::StartWork::kAny);
 }
 
 StudyError condition_error(const LoadedStudy& loaded, std::size_t condition,

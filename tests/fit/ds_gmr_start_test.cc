@@ -90,6 +90,60 @@ TEST(DsGmrStartTest, StartsFromComponentsWithoutADemonstration) {
   EXPECT_EQ(start.policy->controller()->act(2), 0);
 }
 
+/// Beside an offset that a parabola over the seam would take for an acceleration of thousands.
+TEST(DsGmrStartTest, NoAccelerationIsSeenOverTheSeamOfTwoRecordings) {
+  const auto read_file = [](double second_begins) {
+    return [second_begins](const std::string& name) {
+      std::string text = "t,x\n";
+      for (int n = 0; n <= 40; ++n) {
+        const double t = n / 20. + (name == "b" ? second_begins : 0);
+        text += std::to_string(t) + "," + (name == "b" ? "7" : "1") + "\n";
+      }
+      return text;
+    };
+  };
+  for (const double second_begins : {2., 2.5, -1., 0.}) {
+    const StartPolicy start = read_start(
+        R"({"kind": "ds_gmr", "model": "flat", "components": [2], "demonstration": {"kind": "csv",
+            "files": ["a", "b"], "inputs": ["t"], "outputs": ["x"]}})",
+        {.read_file = read_file(second_begins)});
+    const auto& policy = dynamic_cast<const DsGmrPolicy&>(*start.policy);
+    const auto attractor = policy.attractor()->controller();
+    for (const double t : {-1., 0., 1., 2., 3., 4.}) {
+      EXPECT_GT(attractor->act(t), 0) << t << " of " << second_begins;
+      EXPECT_LT(attractor->act(t), 8) << t << " of " << second_begins;
+    }
+  }
+}
+
+/// By default no stiffness is a number there, and the root times the duration may round to either
+/// side of a bound.
+TEST(DsGmrStartTest, TakesOrRefusesEveryRange) {
+  const auto text_of = [](double duration, const std::string& more) {
+    const std::string range = "[0, " + json(duration).dump() + "]";
+    return R"({"kind": "ds_gmr", "start": "components", "layout": "means", "range": )" + range +
+           R"(, "layer_1": {"range": [0, 1], "outputs": [0, 0], "deviations": [0.25, 1]})" + more +
+           "}";
+  };
+  for (const double duration : {1e-160, 1e200}) {
+    EXPECT_THAT(refusal_of(text_of(duration, "")),
+                HasSubstr("policy.stiffness: its root times the duration must be 1 to 1e5"));
+  }
+  int num_taken = 0;
+  for (int duration = 1; duration <= 120; ++duration) {
+    for (const double strength : {1., 1e5}) {
+      const double root = strength / duration;
+      try {
+        read_start(text_of(duration, R"(, "stiffness": )" + json(root * root).dump()));
+        ++num_taken;
+      } catch (const ConfigError& error) {
+        EXPECT_EQ(error.key(), "policy.stiffness");
+      }
+    }
+  }
+  EXPECT_GT(num_taken, 200);
+}
+
 TEST(DsGmrStartTest, RefusesWhatIsNoMovement) {
   const auto csv = [](const char* text) {
     return refusal_of(R"({"kind": "ds_gmr", "components": [1, 2], "demonstration": {"kind": "csv",
@@ -97,10 +151,11 @@ TEST(DsGmrStartTest, RefusesWhatIsNoMovement) {
                       {.read_file = [text](const std::string&) { return std::string(text); }});
   };
   EXPECT_THAT(csv("t,x\n0,1\n1,2\n1,3\n2,3\n"),
-              HasSubstr("must have times that rise: samples 2 and 3 have 1"));
+              HasSubstr("does not rise or leaves a gap of more than 5 median steps: the one that "
+                        "begins with sample 1 has 2"));
   EXPECT_THAT(csv("t,x\n0,1\n1,2\n2,3\n0,3\n1,4\n"),
               HasSubstr("the one that begins with sample 4 has 2"));
-  EXPECT_THAT(csv("t,x\n0,1\n1e-200,2\n2e-200,5\n"), HasSubstr("policy."));
+  EXPECT_THAT(csv("t,x\n0,1\n1e-200,2\n2e-200,5\n"), HasSubstr("does not vary"));
   EXPECT_THAT(refusal_of(R"({"kind": "ds_gmr", "stiffness": 0.1})"), HasSubstr("policy.stiffness"));
   EXPECT_THAT(refusal_of(R"({"kind": "ds_gmr", "stiffness": 1e11})"),
               HasSubstr("policy.stiffness"));

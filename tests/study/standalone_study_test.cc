@@ -297,5 +297,20 @@ TEST_F(StandaloneStudyTest, ALargeDemonstrationIsHeldToo) {
   EXPECT_EQ(*again.demonstrations[0], *large.demonstrations[0]);
 }
 
+/// It ran, if slowly: it is read, resumed and replayed.
+TEST(BegunStudyTest, IsReadWhateverItsStartsCost) {
+  const std::string large = study_test::with(
+      "model = \"top_down_tree\"",
+      "kind = \"spline\"\nstart = \"constant\"\nrange = [0, 2]\ncoefficients = [500, 997]\n"
+      "values = [0]");
+  const std::string noise = "noise_variance = [0.01, 0.3, 0.02]";
+  std::string text = large;
+  text.replace(text.find(noise), noise.size(), "noise_variance = [0.01]");
+  const StudyText study(text);
+  EXPECT_THAT(error_of(study, [](const fs::path& path) { (void)load_study(path, {}); }),
+              HasSubstr("exploration.reuse"));
+  EXPECT_EQ(load_resolved_study(study.path()).study.conditions.at(0).start->num_layers(), 2);
+}
+
 }  // namespace
 }  // namespace treeroll

@@ -56,17 +56,24 @@ class DsGmrController final : public Controller {
 };
 
 /// How far an element is moved for a difference: half of the digits for the step, the others for
-/// the difference it makes.
-double difference_step_of(double element) { return 1e-5 * std::max(1e-3, std::abs(element)); }
+/// the difference it makes. A mean input is moved by a thousandth of its Gaussian's deviation,
+/// wherever in time that lies, but not by less than the time has digits for.
+double difference_step_of(double element, double least) {
+  if (least > 0) return std::max(2e-3 / least, 1e-15 * std::abs(element));
+  return 1e-5 * std::max(1e-3, std::abs(element));
+}
 
 }  // namespace
 
 DsGmrPolicy::DsGmrPolicy(PolicyPtr attractor, const Pull& pull)
     : attractor_(std::move(attractor)), pull_(pull) {
-  const double strength = std::sqrt(pull.stiffness) * (pull.high - pull.low);
-  CHECK(attractor_->input_dim() == 1 && pull.low < pull.high && strength >= kPullMin &&
-            strength <= kPullMax,
+  CHECK(attractor_->input_dim() == 1 && is_pull(pull),
         "a movement over time, pulled within bounds");
+}
+
+bool DsGmrPolicy::is_pull(const Pull& pull) {
+  const double strength = std::sqrt(pull.stiffness) * (pull.high - pull.low);
+  return strength >= 1 && strength <= 1e5;
 }
 
 PolicyPtr DsGmrPolicy::at_layer(int layer) const {
@@ -98,14 +105,13 @@ PolicyEffect DsGmrPolicy::effect() const {
   for (Eigen::Index i = 0; i < theta.size(); ++i) {
     Eigen::VectorXd ahead = theta;
     Eigen::VectorXd behind = theta;
-    ahead[i] += difference_step_of(theta[i]);
-    behind[i] -= difference_step_of(theta[i]);
+    const double step = difference_step_of(theta[i], effect.least[i]);
+    ahead[i] += step;
+    behind[i] -= step;
     effect.derivative.col(i) = ((moved(ahead) - moved(behind)) / (ahead[i] - behind[i])).reshaped();
   }
   return effect;
 }
-
-Eigen::VectorXd DsGmrPolicy::steps_of_equal_effect() const { return equal_steps(effect()); }
 
 PolicySketch DsGmrPolicy::sketch() const {
   PolicySketch sketch = attractor_->sketch();

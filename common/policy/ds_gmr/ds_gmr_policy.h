@@ -19,11 +19,12 @@ class DsGmrPolicy final : public Policy {
     double high = 1;
     double stiffness = 1;  ///< kp, 1/s^2; damping is critical
   };
-  /// sqrt(kp) times the duration: softer springs do not follow, stiffer ones have no effect.
-  static constexpr double kPullMin = 1;
-  static constexpr double kPullMax = 1e5;
+  /// Whether the root of kp times the duration is within bounds: softer springs do not follow,
+  /// stiffer ones have no effect.
+  static bool is_pull(const Pull& pull);
+  static constexpr const char* kPullRule = "its root times the duration must be 1 to 1e5";
 
-  /// Preconditions: one input; low < high; the pull is within its bounds.
+  /// Preconditions: one input; is_pull().
   DsGmrPolicy(PolicyPtr attractor, const Pull& pull);
 
   const PolicyPtr& attractor() const { return attractor_; }
@@ -46,7 +47,9 @@ class DsGmrPolicy final : public Policy {
   Eigen::VectorXd noise_variance(std::span<const double> given) const override {
     return attractor_->noise_variance(given);
   }
-  Eigen::VectorXd steps_of_equal_effect() const override;
+  Eigen::VectorXd steps_of_equal_effect() const override {
+    return attractor_->steps_of_equal_effect();
+  }
   /// Of the movement, by differences; what counts at least is the attractor's.
   PolicyEffect effect() const override;
   /// The attractor's Gaussians, and the movement of each layer.

@@ -1,6 +1,3 @@
-#include <fmt/format.h>
-
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "common/policy/ds_gmr/ds_gmr_policy.h"
@@ -19,12 +16,7 @@ PolicyPtr ds_gmr_from_content(const PolicyText& content) {
                                .high = range.at(1).number(),
                                .stiffness = content.at("stiffness").number()};
   if (!is_input_range(pull.low, pull.high)) range.refuse(kInputRangeRule);
-  const double strength = std::sqrt(pull.stiffness) * (pull.high - pull.low);
-  if (!(strength >= DsGmrPolicy::kPullMin && strength <= DsGmrPolicy::kPullMax)) {
-    content.at("stiffness")
-        .refuse(fmt::format("its root times the duration must be {} to {:g}", DsGmrPolicy::kPullMin,
-                            DsGmrPolicy::kPullMax));
-  }
+  if (!DsGmrPolicy::is_pull(pull)) content.at("stiffness").refuse(DsGmrPolicy::kPullRule);
   return std::make_shared<DsGmrPolicy>(std::move(attractor), pull);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -24,10 +25,11 @@ struct WeightedInput {
   Eigen::VectorXd input;
 };
 
-/// So many inputs are enough. More Gaussians than that are a policy that would take minutes.
+/// So many inputs are enough: all of several hundred Gaussians would take minutes.
 constexpr std::size_t kCloudMax = 512;
 
-/// Spread over all Gaussians; of more than kCloudMax every second, third ...
+/// Spread over all Gaussians. Of more than kCloudMax every second, third ... but never every
+/// seventh: the deviations recur with that period, and each of them is to be met.
 std::vector<WeightedInput> inputs_of(const Gmm& gmm) {
   const int num_inputs = gmm.input_dim();
   std::vector<WeightedInput> inputs;
@@ -42,10 +44,10 @@ std::vector<WeightedInput> inputs_of(const Gmm& gmm) {
     }
   }
   if (inputs.size() <= kCloudMax) return inputs;
+  std::size_t stride = (inputs.size() + kCloudMax - 1) / kCloudMax;
+  if (stride % std::size(kDeviations) == 0) ++stride;
   std::vector<WeightedInput> spread;
-  for (std::size_t i = 0; i < kCloudMax; ++i) {
-    spread.push_back(inputs[i * inputs.size() / kCloudMax]);
-  }
+  for (std::size_t i = 0; i < inputs.size(); i += stride) spread.push_back(inputs[i]);
   return spread;
 }
 

@@ -40,8 +40,10 @@ Eigen::VectorXd movement_at(const Policy& policy, double time) {
 TEST(DsGmrPolicyTest, BeginsAtRestOnItsAttractorAndFollowsIt) {
   const DsGmrPolicy policy = two_outputs_over_time();
   EXPECT_LT((movement_at(policy, -3) - movement_at(*policy.attractor(), -3)).norm(), 1e-12);
-  const double soon = -3 + 1e-3;
-  EXPECT_LT((movement_at(policy, soon) - movement_at(policy, -3)).norm(), 1e-3);
+  // After the first place of the table it has gone less than kp h^2 / 6 of what its attractor has.
+  const double soon = -3 + 7. / 1024;
+  EXPECT_LT((movement_at(policy, soon) - movement_at(policy, -3)).norm(),
+            1e-3 * (movement_at(*policy.attractor(), soon) - movement_at(policy, -3)).norm());
   // u'' = kp (uhat - u) - kv u', by differences over places of the table.
   const double step = 7. / 1024;
   for (int place = 100; place < 1000; place += 90) {
@@ -118,12 +120,46 @@ TEST(DsGmrPolicyTest, ItsEffectIsThatOfTheMovement) {
   EXPECT_EQ(effect.outputs.rows(), 257);
   const Eigen::VectorXd up = effect.derivative.col(1) + effect.derivative.col(3);
   EXPECT_LT((up.array() - 1).abs().maxCoeff(), 1e-6);
-  EXPECT_EQ(effect.least, policy.attractor()->effect().least);
   for (int n = 0; n < 257; n += 32) {
     EXPECT_NEAR(effect.outputs(n, 0), movement_at(policy, 2. * n / 256)[0], 1e-3);
   }
-  EXPECT_NEAR(policy.steps_of_equal_effect()[1],
-              1 / std::sqrt(effect.derivative.col(1).squaredNorm() / 257), 1e-9);
+}
+
+/// Nothing moves where all outputs are 0: ten times what half a deviation is worth beside the
+/// outputs' spread is the most that a mean input steps.
+TEST(DsGmrPolicyTest, MeanInputsStepByNoMoreThanTheirGaussianIsWide) {
+  const Gmm gmm = explore::spaced_gmm(2);
+  const DsGmrPolicy policy(
+      std::make_shared<TreePolicy>(explore::flat_tree(), 1, ThetaLayout::kMeans), kPull);
+  const Eigen::VectorXd steps = policy.steps_of_equal_effect();
+  for (int k = 0; k < 2; ++k) {
+    const double half = .5 * std::sqrt(gmm[k].covariance(0, 0));
+    EXPECT_LE(steps[2 * k], 1.001 * 10 * half / std::sqrt(gmm[k].covariance(1, 1)));
+    EXPECT_NEAR(policy.effect().least[2 * k], 1 / half, 1e-12);
+    EXPECT_EQ(policy.effect().least[2 * k + 1], 0);
+  }
+}
+
+/// A logger's time begins anywhere.
+TEST(DsGmrPolicyTest, ItsEffectIsTheSameAtAnyTime) {
+  const auto effect_at = [](double time) {
+    std::vector<Component> components = explore::spaced_gmm(2).components();
+    for (Component& component : components) component.mean[0] += time;
+    components[0].mean[1] = 1;
+    components[1].mean[1] = -2;
+    const TreeModel tree =
+        TreeModel::from_global(FrameKind::kCholesky, {Gmm(1, std::move(components))}, {{}});
+    return DsGmrPolicy(std::make_shared<TreePolicy>(tree, 1, ThetaLayout::kMeans),
+                       {.low = time, .high = time + 2, .stiffness = 300})
+        .effect();
+  };
+  const Eigen::MatrixXd derivative = effect_at(0).derivative;
+  EXPECT_GT(derivative.col(0).cwiseAbs().maxCoeff(), .1);
+  for (const double time : {1e5, -1e6, 1.7e9}) {
+    EXPECT_LT((effect_at(time).derivative - derivative).cwiseAbs().maxCoeff(),
+              1e-3 * derivative.cwiseAbs().maxCoeff())
+        << time;
+  }
 }
 
 TEST(DsGmrPolicyTest, EveryThetaThatItTakesGivesFiniteOutputs) {
@@ -134,7 +170,8 @@ TEST(DsGmrPolicyTest, EveryThetaThatItTakesGivesFiniteOutputs) {
       const Eigen::VectorXd theta =
           policy.theta() + size * test::RandomMixture(draw).vector(policy.theta_dim());
       try {
-        EXPECT_TRUE(movement_at(*policy.with(theta), 1).allFinite());
+        const PolicyPtr taken = policy.with(theta);
+        for (const double t : {-3., 1., 4.}) EXPECT_TRUE(movement_at(*taken, t).allFinite());
         ++num_taken;
       } catch (const std::invalid_argument&) {
         continue;  // no such mixture
@@ -169,6 +206,12 @@ TEST(DsGmrPolicyTest, RefusesTextsThatAreNoPolicyWithTheirPlace) {
   EXPECT_THAT(refusal("/stiffness", -1), HasSubstr("$.stiffness"));
   EXPECT_THAT(refusal("/stiffness", 1e11), HasSubstr("$.stiffness"));
   EXPECT_THAT(refusal("/stiffness", "stiff"), HasSubstr("$.stiffness"));
+  EXPECT_EQ(refusal("/stiffness", .25), "accepted");  // both bounds of 2 s
+  EXPECT_EQ(refusal("/stiffness", 2.5e9), "accepted");
+  EXPECT_THAT(refusal("/stiffness", .2499999), HasSubstr("$.stiffness"));
+  EXPECT_THAT(refusal("/stiffness", 2.500001e9), HasSubstr("$.stiffness"));
+  EXPECT_THAT(refusal("/range", {0, 1e-300}), HasSubstr("$.stiffness"));
+  EXPECT_THAT(refusal("/range", {0, 1e300}), HasSubstr("$.stiffness"));
   EXPECT_THAT(refusal("/attractor/layer", 3), HasSubstr("$.attractor.layer"));
   EXPECT_THAT(refusal("/attractor", nullptr), HasSubstr("$.attractor"));
   EXPECT_THAT(refusal("/damping", 3), HasSubstr("$.damping"));

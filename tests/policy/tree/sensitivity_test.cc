@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "common/mixture/gmr.h"
 #include "tests/explore/trees.h"
@@ -54,6 +56,35 @@ TEST(SensitivityTest, IsInTheUnitsOfTheOutput) {
   for (int k = 0; k < 3; ++k) {
     EXPECT_NEAR(tens[2 * k], ones[2 * k] / 10, 1e-5 * ones[2 * k]);
     EXPECT_NEAR(tens[2 * k + 1], ones[2 * k + 1], 1e-5 * ones[2 * k + 1]);
+  }
+}
+
+/// The output is the sum of the inputs everywhere, so the mean of the outputs tells where the cloud
+/// of inputs lies: around the means, whatever share of its points is taken.
+TEST(SensitivityTest, AThinnedCloudLiesAroundItsGaussians) {
+  const auto around = [](int num_inputs, int num_components) {
+    const int dim = num_inputs + 1;
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(dim, dim);
+    covariance.bottomRows(1).setOnes();
+    covariance.rightCols(1).setOnes();
+    covariance(dim - 1, dim - 1) = num_inputs + .1;
+    Eigen::VectorXd mean = Eigen::VectorXd::Ones(dim);
+    mean[dim - 1] = num_inputs;
+    const std::vector<Component> components(static_cast<std::size_t>(num_components),
+                                            {1. / num_components, mean, covariance});
+    // One number a mean is explored: what lies below is what acts.
+    return TreePolicy(TreeModel::from_global(
+                          FrameKind::kCholesky,
+                          {Gmm(num_inputs, {{1, mean, covariance}}), Gmm(num_inputs, components)},
+                          {{}, std::vector<int>(static_cast<std::size_t>(num_components), 0)}),
+                      1, ThetaLayout::kMeans);
+  };
+  for (const auto& [num_inputs, num_components] :
+       {std::pair{2, 30}, std::pair{2, 64}, std::pair{8, 32}, std::pair{8, 64}}) {
+    const PolicyEffect effect = around(num_inputs, num_components).effect();
+    EXPECT_LE(effect.outputs.rows(), 512);
+    EXPECT_GE(effect.outputs.rows(), 256);
+    EXPECT_NEAR(effect.outputs.mean(), num_inputs, .05) << num_inputs << " " << num_components;
   }
 }
 
