@@ -79,6 +79,9 @@ inline constexpr std::int64_t kBatchBits = 64;
 inline constexpr std::size_t kNumericClassesMax = 1024;
 /// Of the name of a numeric class, and of a host's in the journal; longer ones are cut.
 inline constexpr std::size_t kNumericClassBytesMax = 128;
+/// Roll-outs that wait for the answer of one more worker, and the workers that one is asked of.
+inline constexpr std::size_t kRechecksOpenMax = 256;
+inline constexpr std::size_t kOpinionsMax = 5;
 inline constexpr std::size_t kHostNameBytesMax = 64;
 /// The journal's lag: results written and not yet on stable storage, at most 358 bytes each.
 inline constexpr std::int64_t kUnsyncedResultsMax = 65'536;

@@ -59,6 +59,7 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
   }
   found->second.last_heard = now;
   return &found->second;
+      entry.set_aside = left->second.set_aside;
 }
 
 /// Thousands of names cost nothing to make up, and would keep all workers out. So one that has not

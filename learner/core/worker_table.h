@@ -15,6 +15,7 @@
 #include "common/protocol/timings.h"
 #include "learner/core/hearing.h"
 #include "learner/core/requests_sent.h"
+#include "learner/core/ledger.h"
 #include "learner/core/results_read.h"
 #include "learner/core/run_record.h"
 
@@ -40,6 +41,7 @@ struct WorkerEntry {
   };
   std::optional<Suspicion> suspicion;
   bool asked = false;        ///< has been leased something, ever
+  bool set_aside = false;    ///< others have outvoted it: it gets nothing of this study
   bool other_class = false;  ///< than the one that the study demands
   bool is_known = false;     ///< has a key, so it has what it says
   bool joined = false;       ///< has answered this learner, and it has been said
@@ -68,10 +70,14 @@ struct WorkerEntry {
     return !refused.contains(task) && !refused.contains(policy);
   }
   /// One that refuses so much is asked for nothing until it has been forgotten what it refused.
+  /// And has not answered it already.
+  bool may_have(const Question& question) const {
+    return knows(question.task_id, question.policy_id) && !question.was_answered_by(id);
+  }
   bool refuses_too_much() const { return refused.size() >= protocol::kRefusalsPerWorkerMax; }
   bool usable() const {
-    return num_evaluators > 0 && !draining && !distrusted && !other_class && !refuses_too_much() &&
-           hearing.hears();
+    return num_evaluators > 0 && !draining && !distrusted && !set_aside && !other_class &&
+           !refuses_too_much() && hearing.hears();
   }
   /// Nothing speaks against it: others of whom that is true are no better.
   bool is_first_choice() const { return hearing.is_first_choice() && !late; }

@@ -184,7 +184,11 @@ Ledger::Entry Workforce::close(protocol::RolloutKey key, protocol::WorkerId from
 /// The entry of a worker that has said something; null if there is room for no more workers.
 WorkerEntry* Workforce::hear(const Turn& turn, protocol::WorkerId id) {
   WorkerEntry* worker = workers_.hear(id, turn.now);
-  if (worker != nullptr) worker->is_known = settings_.is_authenticated;
+  if (worker != nullptr) {
+    worker->is_known = settings_.is_authenticated;
+    // By an earlier incarnation of ours too. Without keys anybody speaks in anybody's name.
+    worker->set_aside = worker->is_known && rechecks_.is_outvoted(id);
+  }
   if (worker != nullptr && worker->hearing.greeting_due(turn.now)) {
     acknowledge(id, turn.now);  // it has nothing to acknowledge, perhaps: it is a word to it
   }

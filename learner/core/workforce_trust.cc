@@ -54,18 +54,24 @@ void Workforce::settle_suspicion(const Turn& turn, WorkerEntry& worker,
                           describe(worker)));
     return;
   }
-  const Duration lasts =
-      kDistrustLasts * (1 << std::min(worker.num_distrusts++, kDistrustDoublingsMax));
   // So it has been read. It is not to be kept: asked again the worker would repeat it.
   worker.results_read.note(suspicion.index, suspicion.index);
   if (num_unsynced_ == 0) worker.last_index_settled = worker.results_read.last_without_gap();
   acknowledge(worker.id, turn.now);
-  worker.distrusted = true;
-  worker.trusted_again = turn.now + lasts;
+  const Duration lasts = distrust(turn, worker);
   turn.write({LogLine::Level::kError, kRangeKind,
               fmt::format("{} stands by its reward out of range: it gets no work for {:.0f} s",
                           describe(worker), to_seconds(lasts))});
+}
+
+/// It gets no work. @return for how long
+Duration Workforce::distrust(const Turn& turn, WorkerEntry& worker) {
+  const Duration lasts =
+      kDistrustLasts * (1 << std::min(worker.num_distrusts++, kDistrustDoublingsMax));
+  worker.distrusted = true;
+  worker.trusted_again = turn.now + lasts;
   ledger_.take_back_all(worker.id);
+  return lasts;
 }
 
 /// It has answered this well. Who has done so has not refused what it needs, nor given the reward
@@ -110,7 +116,7 @@ void Workforce::take_description(const Turn& turn, WorkerEntry& worker, const Co
   const TaskDescription* known = facts_of(task);
   const auto of_task = descriptions_.find(task);
   const bool is_known_beforehand = known && of_task == descriptions_.end();
-  const bool has_answers = task_times_s_.contains(task);
+  const bool has_answers = answered_tasks_.contains(task);
   if (!is_known_beforehand && !has_answers) {
     auto& said = descriptions_[task];
     const std::string text = to_json(facts).dump();
