@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kOption = "--without-worker";
+constexpr const char* kWithoutOption = "--without-worker";
 constexpr const char* kSuspects = "suspects";
 /// More runs are summed up.
 constexpr std::size_t kRunsSaidMax = 40;
@@ -51,15 +51,15 @@ std::set<protocol::WorkerId> read_workers(const std::vector<std::string>& words,
     if (word == kSuspects) {
       workers.merge(suspects_of(rechecks));
       if (!workers.empty()) continue;
-      throw ConfigError(kOption, word, "no worker of this journal was outvoted by others");
+      throw ConfigError(kWithoutOption, word, "no worker of this journal was outvoted by others");
     }
     protocol::WorkerId id = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), id);
     if (error != std::errc{} || end != word.data() + word.size()) {
-      throw ConfigError(kOption, word, "must be the id of a worker, or suspects");
+      throw ConfigError(kWithoutOption, word, "must be the id of a worker, or suspects");
     }
     if (!known.contains(id)) {
-      throw ConfigError(kOption, word,
+      throw ConfigError(kWithoutOption, word,
                         "must be a worker with results in the journal: --export csv lists them");
     }
     workers.insert(id);

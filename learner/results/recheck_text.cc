@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "common/base/for_log.h"
@@ -25,16 +26,24 @@ std::string described(const KnownWorker& worker) {
 std::vector<std::string> remarks(const RecheckRecord& record) {
   std::vector<std::string> said;
   if (record.num_rechecked == 0) return said;
-  said.push_back(
-      record.num_disputed == 0
-          ? fmt::format("{} roll-outs were run again on another worker: all answers agree",
-                        record.num_rechecked)
-          : fmt::format("{} of {} roll-outs that were run again on another worker have answers "
-                        "that differ; in {} of them no two workers tell which one is wrong",
-                        record.num_disputed, record.num_rechecked, record.num_undecided));
+  if (record.num_disputed == 0) {
+    said.push_back(fmt::format("{} roll-outs were run again on another worker: all answers agree",
+                               record.num_rechecked));
+  } else {
+    said.push_back(fmt::format(
+        "{} of {} roll-outs that were run again on another worker have answers that differ{}",
+        record.num_disputed, record.num_rechecked,
+        record.num_undecided == 0
+            ? ""
+            : fmt::format("; of {} no two workers tell which is wrong", record.num_undecided)));
+  }
+  // Where some are outvoted, what others differ from is theirs.
+  const bool has_outvoted = std::ranges::any_of(
+      record.workers, [](const auto& each) { return each.second.num_outvoted > 0; });
   std::size_t num_said = 0;
   for (const auto& [id, tally] : record.workers) {
-    if (tally.num_disagreed == 0 || ++num_said > kWorkersSaidMax) continue;
+    const bool is_worth_a_word = has_outvoted ? tally.num_outvoted > 0 : tally.num_disagreed > 0;
+    if (!is_worth_a_word || ++num_said > kWorkersSaidMax) continue;
     said.push_back(
         tally.num_outvoted > 0
             ? fmt::format("{} is contradicted by two others of its numeric class in {} roll-outs: "
