@@ -24,7 +24,10 @@ constexpr int kFewWorkers = 64;
 }  // namespace
 
 Workforce::Workforce(LearnerSettings settings, Client& client)
-    : settings_(std::move(settings)), client_(client), classes_(settings_.numeric_class) {}
+    : settings_(std::move(settings)),
+      client_(client),
+      workers_(settings_.is_authenticated),
+      classes_(settings_.numeric_class) {}
 
 void Workforce::start(const Turn& turn) {
   last_progress_ = turn.now;
@@ -184,6 +187,10 @@ Ledger::Entry Workforce::close(protocol::RolloutKey key, protocol::WorkerId from
 /// The entry of a worker that has said something; null if there is room for no more workers.
 WorkerEntry* Workforce::hear(const Turn& turn, protocol::WorkerId id) {
   WorkerEntry* worker = workers_.hear(id, turn.now);
+  for (const protocol::WorkerId out : workers_.take_put_out()) {
+    ledger_.take_back_all(out);
+    forget_descriptions_of(out);
+  }
   if (worker != nullptr) {
     worker->is_known = settings_.is_authenticated;
     // By an earlier incarnation of ours too. Without keys anybody speaks in anybody's name.
@@ -196,8 +203,8 @@ WorkerEntry* Workforce::hear(const Turn& turn, protocol::WorkerId id) {
   refuses_workers_ = true;
   turn.warn("workers refused",
             fmt::format("worker {} is refused, and so are others until one leaves: {} workers are "
-                        "the most that are served",
-                        id, protocol::kWorkersMax));
+                        "the most that are served, {} of one key",
+                        id, protocol::kWorkersMax, protocol::kWorkersOfOneKeyMax));
   return nullptr;
 }
 
@@ -233,7 +240,7 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
 
 /// What it has heard of us: whether it hears us.
 void Workforce::note_echo(const Turn& turn, WorkerEntry& worker, std::int64_t last_batch) {
-  const bool hears_now = worker.hearing.note_echo(last_batch);
+  const bool hears_now = worker.hearing.note_echo(last_batch, last_batch_);
   // What was sent before we had met neither of us has listened to.
   if (hears_now && facts_.size() < std::set(task_ids_.begin(), task_ids_.end()).size()) {
     describe_at_ =

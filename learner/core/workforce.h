@@ -197,7 +197,6 @@ class Workforce {
   /// What workers say of tasks, and who does: the most of them are believed, until an answer is
   /// taken. Nothing of tasks that are known beforehand.
   std::map<ContentHash, std::map<std::string, std::set<protocol::WorkerId>>> descriptions_;
-  std::set<ContentHash> answered_tasks_;  // by earlier incarnations too
   DefinitionBook definitions_;
   Ledger ledger_;
   std::map<protocol::RolloutKey, ContentHash> thetas_;  // of open roll-outs, sent in pieces

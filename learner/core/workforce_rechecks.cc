@@ -31,7 +31,6 @@ std::string rewarded(const Opinion& opinion) {
 /// The client takes a result; perhaps one more worker is asked for the same.
 void Workforce::hand_over(const Turn& turn, Ledger::Entry answered, const AcceptedResult& result,
                           const KnownWorker& from, int numeric_class) {
-  answered_tasks_.insert(answered.question.task_id);
   // What is void says nothing of the policy, and its key is asked for again.
   const bool is_run_again = !result.outcome.is_discarded() && client_.is_rechecked(result.key);
   const TaskDescription* facts = facts_of(answered.question.task_id);

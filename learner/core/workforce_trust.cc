@@ -116,7 +116,7 @@ void Workforce::take_description(const Turn& turn, WorkerEntry& worker, const Co
   const TaskDescription* known = facts_of(task);
   const auto of_task = descriptions_.find(task);
   const bool is_known_beforehand = known && of_task == descriptions_.end();
-  const bool has_answers = answered_tasks_.contains(task);
+  const bool has_answers = task_times_s_.contains(task);
   if (!is_known_beforehand && !has_answers) {
     auto& said = descriptions_[task];
     const std::string text = to_json(facts).dump();
