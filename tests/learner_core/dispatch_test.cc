@@ -141,7 +141,7 @@ TEST(DispatchTest, TheWindowGrowsForShortRolloutsAndFitsTheReceiveBuffer) {
   WorkerEntry& worker = add_worker(workers, 1, 2);
   EXPECT_EQ(window(worker, 0), 4);
   EXPECT_EQ(window(worker, 1), 4);
-  EXPECT_EQ(window(worker, 1e-3), 44);
+  EXPECT_EQ(window(worker, 1e-3), 84);
   EXPECT_EQ(window(worker, 50e-6), 128);
   worker.receive_buffer_bytes = 20 * 1024;
   EXPECT_EQ(window(worker, 50e-6), 10);

@@ -189,9 +189,9 @@ TEST(WorkerAnswersTest, GathersAnswersWhileItHasWorkForLongAndNotWhenItRunsDry) 
   stage.see(1);
   stage.clear();
   for (int i = 0; i < 40; ++i) finish();
-  stage.pass(4ms);
-  EXPECT_GE(stage.sent<RewardBatch>().size(), 8U) << "4 ms at most";
-  EXPECT_LE(stage.sent<RewardBatch>().size(), 14U);
+  stage.pass(protocol::kAnswerDelayMax);
+  EXPECT_GE(stage.sent<RewardBatch>().size(), 5U) << "8 ms at most";
+  EXPECT_LE(stage.sent<RewardBatch>().size(), 9U);
   stage.see(41);
   stage.clear();
   while (stage.status().free_slots < 62) finish();

@@ -58,14 +58,15 @@ TEST_F(WorkerBatchesTest, ShortOnesGoTogetherOnceItIsKnownThatTheyAreShort) {
   answer(stage, 0, stage.job(0), 50us);
   EXPECT_THAT(given(stage), ElementsAre(ElementsAre(2, 3, 4, 5, 6, 7, 8, 9)));
   const std::int64_t last = stage.job(0);
-  for (std::int64_t job = last - 7; job <= last; ++job) answer(stage, 0, job, 1200us);
-  EXPECT_EQ(given(stage).back().size(), 4U) << "they take longer of late: four milliseconds in all";
+  for (std::int64_t job = last - 7; job <= last; ++job) answer(stage, 0, job, 3000us);
+  EXPECT_EQ(given(stage).back().size(), 4U)
+      << "they take longer of late: eight milliseconds in all";
 }
 
 TEST_F(WorkerBatchesTest, LongOnesAndThoseOfATaskThatIsNotRepeatableGoAlone) {
   {
     Stage stage(1, allow_several);
-    learn(stage, 1, 2100us);
+    learn(stage, 1, 4100us);
     ask_for(stage, 20);
     EXPECT_THAT(given(stage), ElementsAre(ElementsAre(1)));
   }

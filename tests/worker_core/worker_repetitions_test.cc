@@ -72,9 +72,9 @@ TEST(WorkerRepetitionsTest, AsksForTheWordThatAnswersAreOnStableStorageByRepeati
   stage.finish(0);
   stage.see(2);
   stage.clear();
-  stage.pass(100ms);
+  stage.pass(protocol::kSettleIntervalMin);
   EXPECT_EQ(stretches(stage), (Stretches{{1, 2}})) << "the word may have been lost";
-  stage.pass(200ms);
+  stage.pass(2 * protocol::kSettleIntervalMin);
   EXPECT_THAT(stage.sent<RewardBatch>(), SizeIs(2)) << "ever more seldom";
   stage.acknowledge(2);
   stage.clear();
@@ -120,7 +120,7 @@ TEST(WorkerRepetitionsTest, AnAnswerThatWaitsIsNotSettledByAnIndexThatWasNeverGi
   finish();
   ASSERT_THAT(stage.sent<RewardBatch>(), IsEmpty()) << "it waits for others to go along with";
   stage.acknowledge(1'000'000);
-  stage.pass(5ms);
+  stage.pass(protocol::kAnswerDelayMax + 1ms);
   EXPECT_EQ(stretches(stage), (Stretches{{2, 2}}));
 }
 

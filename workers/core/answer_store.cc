@@ -15,15 +15,6 @@ constexpr std::size_t kForgottenMax = protocol::kForgottenLearnersMax;
 
 }  // namespace
 
-/// The content is a hash already, of all that is asked; runs and numbers are small.
-std::size_t AnswerStore::QuestionHash::operator()(const Question& question) const {
-  constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15U;  // spreads what is small over all bits
-  const auto& [key, content] = question;
-  const auto place = static_cast<std::uint64_t>(key.run) << 32U ^
-                     static_cast<std::uint64_t>(static_cast<std::uint32_t>(key.number));
-  return static_cast<std::uint64_t>(content) ^ (place * kOdd);
-}
-
 AnswerStore::AnswerStore(std::size_t num_answers_max) : num_answers_max_(num_answers_max) {
   CHECK(num_answers_max_ > 0, "a store without room");
 }
@@ -44,8 +35,7 @@ void AnswerStore::add(protocol::LearnerId learner, const protocol::RolloutResult
 
 /// @return whether the question has not been answered before
 bool AnswerStore::append(Row& row, protocol::RolloutResult result) {
-  const Question question{result.key, result.content};
-  const bool is_new = row.indices.insert_or_assign(question, ++row.last_index).second;
+  const bool is_new = row.indices.set({result.key, result.content}, ++row.last_index);
   row.answers.push_back({.result = std::move(result), .age = next_age_++});
   return is_new;
 }
@@ -56,12 +46,11 @@ std::optional<std::int64_t> AnswerStore::repeat(protocol::LearnerId learner,
   const auto found = rows_.find(learner);
   if (found == rows_.end()) return std::nullopt;
   Row& row = found->second;
-  const auto place = row.indices.find({key, content});
-  if (place == row.indices.end()) return std::nullopt;
-  const std::int64_t index = place->second;
-  Answer& answer = row.answers.at(static_cast<std::size_t>(index - row.first_kept()));
+  const std::optional<std::int64_t> index = row.indices.find({key, content});
+  if (!index) return std::nullopt;
+  Answer& answer = row.answers.at(static_cast<std::size_t>(*index - row.first_kept()));
   answer.result.attempt = attempt;
-  if (index > row.acknowledged) return index;
+  if (*index > row.acknowledged) return index;
   answer.is_here = false;
   append(row, answer.result);
   drop_leading_gaps(row);

@@ -7,11 +7,11 @@
 #include <iterator>
 #include <map>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "common/protocol/messages.h"
+#include "workers/core/answer_index.h"
 
 namespace treeroll::worker {
 
@@ -52,10 +52,6 @@ class AnswerStore {
   std::size_t size() const { return num_answers_; }
 
  private:
-  using Question = std::pair<protocol::RolloutKey, std::int64_t>;  // with its content
-  struct QuestionHash {
-    std::size_t operator()(const Question& question) const;
-  };
   struct Answer {
     protocol::RolloutResult result;
     std::int64_t age = 0;
@@ -66,7 +62,7 @@ class AnswerStore {
     std::int64_t last_index = 0;
     std::int64_t acknowledged = 0;  ///< all up to this index
     std::deque<Answer> answers;     ///< the last one has last_index, the first one is here
-    std::unordered_map<Question, std::int64_t, QuestionHash> indices;  // of tens of thousands
+    AnswerIndex indices;
 
     std::int64_t first_kept() const { return last_index - std::ssize(answers) + 1; }
     std::int64_t first_pending() const { return std::max(acknowledged + 1, first_kept()); }

@@ -63,14 +63,17 @@ plant("another incarnation's answer accepted" learner/core/workforce_answers.cc
   [[if (!PLANTED && batch.learner_id != settings_.learner_id) return;]])
 
 plant("the store answers for an older theta" workers/core/answer_store.cc
-  [[const auto place = row.indices.find({key, content});]]
-  [[auto place = row.indices.find({key, content});
-  if (const auto older = row.indices.lower_bound({key, INT64_MIN});
-      PLANTED && place == row.indices.end() && older != place && older->first.first == key) {
-    protocol::RolloutResult result = row.at(older->second).result;
-    result.content = content;
-    add(learner, result);
-    place = row.indices.find({key, content});
+  [[const std::optional<std::int64_t> index = row.indices.find({key, content});]]
+  [[std::optional<std::int64_t> index = row.indices.find({key, content});
+  if (PLANTED && !index) {
+    const auto older = std::ranges::find_if(
+        row.answers, [&](const Answer& a) { return a.is_here && a.result.key == key; });
+    if (older != row.answers.end()) {
+      protocol::RolloutResult result = older->result;
+      result.content = content;
+      add(learner, result);
+      index = row.indices.find({key, content});
+    }
   }]])
 
 plant("answers applied by arrival in sequence order" learner/core/run.cc
