@@ -42,9 +42,8 @@ void Hearing::note_word(TimePoint now, std::int64_t batch) {
   last_greeted_at_ = now;
 }
 
-bool Hearing::note_echo(std::int64_t last_batch, std::int64_t last_sent) {
-  if (hears_ || num_greetings_ == 0) return false;
-  if (last_batch < greeted_in_ || last_batch > last_sent) return false;
+bool Hearing::note_echo(std::int64_t last_batch) {
+  if (hears_ || num_greetings_ == 0 || last_batch < greeted_in_) return false;
   hears_ = true;
   return true;
 }

@@ -28,8 +28,7 @@ class Hearing {
   /// A word to it by name goes out in the batch of this sequence: a greeting, if one is due.
   void note_word(TimePoint now, std::int64_t batch);
   /// It says that it has read our batches up to this one. Whether it hears now and did not before.
-  /// @param last_sent  nobody can have read a later one
-  bool note_echo(std::int64_t last_batch, std::int64_t last_sent);
+  bool note_echo(std::int64_t last_batch);
 
   /// A lease was lost that it had not confirmed. Those issued before the last loss that counted are
   /// of the same mishap. Whether it is doubted from now on.

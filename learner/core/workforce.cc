@@ -240,7 +240,7 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
 
 /// What it has heard of us: whether it hears us.
 void Workforce::note_echo(const Turn& turn, WorkerEntry& worker, std::int64_t last_batch) {
-  const bool hears_now = worker.hearing.note_echo(last_batch, last_batch_);
+  const bool hears_now = worker.hearing.note_echo(last_batch);
   // What was sent before we had met neither of us has listened to.
   if (hears_now && facts_.size() < std::set(task_ids_.begin(), task_ids_.end()).size()) {
     describe_at_ =

@@ -20,7 +20,7 @@ WorkerEntry& add_worker(WorkerTable& workers, protocol::WorkerId id, int evaluat
   worker.free_slots = 64 * evaluators;
   worker.receive_buffer_bytes = 4 << 20;
   worker.hearing.note_word(at(0), 1);
-  worker.hearing.note_echo(1, 1);
+  worker.hearing.note_echo(1);
   return worker;
 }
 

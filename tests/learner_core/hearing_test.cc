@@ -7,29 +7,25 @@
 namespace treeroll::learner {
 namespace {
 
-/// Batches so far: more than any test echoes.
-constexpr std::int64_t kSent = 1'000'000'000'000;
-
 TimePoint at_ms(int ms) { return TimePoint(std::chrono::milliseconds(ms)); }
 
 Hearing one_that_hears() {
   Hearing hearing;
   hearing.note_word(at_ms(0), 3);
-  hearing.note_echo(3, kSent);
+  hearing.note_echo(3);
   return hearing;
 }
 
 TEST(HearingTest, WhoHasReadTheBatchThatGreetsItHears) {
   Hearing hearing;
-  EXPECT_FALSE(hearing.note_echo(1'000, kSent)) << "nobody has greeted it: a recording";
+  EXPECT_FALSE(hearing.note_echo(1'000)) << "nobody has greeted it: a recording";
   ASSERT_TRUE(hearing.greeting_due(at_ms(0)));
   hearing.note_word(at_ms(0), 3);
-  EXPECT_FALSE(hearing.note_echo(2, kSent)) << "said before the greeting was sent";
-  EXPECT_FALSE(hearing.note_echo(4, 3)) << "nobody has sent that: made up";
+  EXPECT_FALSE(hearing.note_echo(2)) << "said before the greeting was sent";
   EXPECT_FALSE(hearing.hears());
-  EXPECT_TRUE(hearing.note_echo(3, 3));
+  EXPECT_TRUE(hearing.note_echo(3));
   EXPECT_TRUE(hearing.hears());
-  EXPECT_FALSE(hearing.note_echo(4, kSent)) << "that is nothing new";
+  EXPECT_FALSE(hearing.note_echo(4)) << "that is nothing new";
 }
 
 TEST(HearingTest, IsGreetedEverMoreSeldomAndNamedOnceASpell) {
@@ -76,8 +72,8 @@ TEST(HearingTest, WhoIsDoubtedIsTriedWithOneRolloutEverMoreSeldom) {
     now += pause;
     ASSERT_TRUE(hearing.greeting_due(at_ms(now))) << pause;
     hearing.note_word(at_ms(now), 100 + now);
-    EXPECT_FALSE(hearing.note_echo(99 + now, kSent));
-    EXPECT_TRUE(hearing.note_echo(100 + now, kSent));
+    EXPECT_FALSE(hearing.note_echo(99 + now));
+    EXPECT_TRUE(hearing.note_echo(100 + now));
     EXPECT_EQ(hearing.share_of(64), 1);
     EXPECT_FALSE(hearing.is_first_choice());
     EXPECT_TRUE(hearing.note_lost(at_ms(now), at_ms(now)));

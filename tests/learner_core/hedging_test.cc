@@ -20,7 +20,7 @@ class HedgingTest : public ::testing::Test {
       worker.free_slots = 128;
       worker.receive_buffer_bytes = 4 << 20;
       worker.hearing.note_word(at_s(0), 1);
-      worker.hearing.note_echo(1, 1);
+      worker.hearing.note_echo(1);
     }
     std::vector<Ledger::Assignment> chosen;
     for (int number = 0; number < 3; ++number) {
