@@ -24,7 +24,7 @@ void add_workers(Cluster& cluster, int count) {
   for (int id = 1; id <= count; ++id) cluster.add_worker(id);
 }
 
-bool says(const Cluster& cluster, const std::string& words) {
+bool is_said(const Cluster& cluster, const std::string& words) {
   return std::ranges::any_of(
       cluster.log, [&](const LogLine& line) { return line.text.find(words) != std::string::npos; });
 }
@@ -33,7 +33,7 @@ const RecheckRecord& record_of(const Cluster& cluster) {
   return cluster.core->workforce().rechecks().record();
 }
 
-std::vector<double> rewards_of(const Cluster& cluster) {
+std::vector<double> applied_rewards_of(const Cluster& cluster) {
   std::vector<double> rewards;
   for (const Run& run : cluster.core->runs()) {
     for (const RolloutRecord& rollout : run.rollouts()) rewards.push_back(rollout.reward);
@@ -51,7 +51,7 @@ TEST(SecondAnswersTest, EachRollOutIsAnsweredByAnotherWorkerAndNothingElseChange
   checked.start();
   checked.run(hours(1));
   ASSERT_EQ(checked.core->outcome(), LearnerCore::Outcome::kDone);
-  EXPECT_EQ(rewards_of(checked), rewards_of(plain));
+  EXPECT_EQ(applied_rewards_of(checked), applied_rewards_of(plain));
   EXPECT_EQ(checked.core->counters().issued, plain.core->counters().issued);
   EXPECT_EQ(checked.core->counters().applied, plain.core->counters().applied);
   EXPECT_EQ(checked.core->counters().conflicting, 0);
@@ -120,9 +120,9 @@ TEST(SecondAnswersTest, WhoLiesIsOutvotedSaidAndWithKeysSetAsideForGood) {
     EXPECT_FALSE(cluster.core->workforce().rechecks().is_outvoted(sound));
   }
   EXPECT_TRUE(cluster.core->workforce().workers().all().at(3).set_aside);
-  EXPECT_TRUE(says(cluster, "worker 3 (host pid 3): two others contradict its answer to run"));
-  EXPECT_TRUE(says(cluster, "it gets no more work of this study"));
-  EXPECT_TRUE(says(cluster, "one of two workers of the same numeric class is broken"));
+  EXPECT_TRUE(is_said(cluster, "worker 3 (host pid 3): two others contradict its answer to run"));
+  EXPECT_TRUE(is_said(cluster, "it gets no more work of this study"));
+  EXPECT_TRUE(is_said(cluster, "one of two workers of the same numeric class is broken"));
   EXPECT_GT(cluster.core->counters().conflicting, 0);
   EXPECT_LT(cluster.workers[2]->num_evaluated, 12) << "found soon";
 }
@@ -135,7 +135,7 @@ TEST(SecondAnswersTest, WithoutKeysItIsLeftOutForAWhile) {
   cluster.run(hours(1));
   EXPECT_TRUE(cluster.core->workforce().rechecks().is_outvoted(3));
   EXPECT_FALSE(cluster.core->workforce().workers().all().at(3).set_aside);
-  EXPECT_TRUE(says(cluster, "it gets no work for 60 s"));
+  EXPECT_TRUE(is_said(cluster, "it gets no work for 60 s"));
 }
 
 TEST(SecondAnswersTest, OfTwoWorkersNobodyCanTellWhichLies) {
@@ -173,7 +173,7 @@ TEST(SecondAnswersTest, ATaskThatMustNotBeStartedTwiceIsNot) {
   EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
   EXPECT_TRUE(cluster.second_answers.empty());
   EXPECT_TRUE(
-      says(cluster, "are not run again (study.recheck): its task must not be started twice"));
+      is_said(cluster, "are not run again (study.recheck): its task must not be started twice"));
   int num_evaluated = 0;
   for (const auto& worker : cluster.workers) num_evaluated += worker->num_evaluated;
   EXPECT_EQ(num_evaluated, 2 * (30 + 2));
@@ -188,7 +188,7 @@ TEST(SecondAnswersTest, NeitherIsOneThatOnlyWorkersDescribeSo) {
   cluster.run(hours(1));
   EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
   EXPECT_TRUE(cluster.second_answers.empty());
-  EXPECT_TRUE(says(cluster, "its task gives one policy different rewards"));
+  EXPECT_TRUE(is_said(cluster, "its task gives one policy different rewards"));
 }
 
 /// Replays the journal into a fresh core, second answers where they stood or behind all results.
