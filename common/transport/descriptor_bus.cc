@@ -116,11 +116,17 @@ class DescriptorBus final : public LcmBus {
     // Not lcm_handle_timeout(): its select() writes past its set for a descriptor of 1024 or more.
     pollfd readable{watched_, POLLIN, 0};
     for (int i = 0; i < kMessagesPerTurn && watched_ >= 0 && poll(&readable, 1, 0) > 0; ++i) {
+      acknowledge_at_once();
       if (lcm_handle(lcm_.get()) < 0) has_failed_ = true;
       follow_descriptor();
     }
-    // The kernel forgets it. A server that leaves Nagle's algorithm on sends nothing more before
-    // what it has sent is acknowledged, which would wait 40 ms for a message to go along with.
+    acknowledge_at_once();
+  }
+
+  /// A server that writes a message in parts, and leaves Nagle's algorithm on, sends none before
+  /// the one before is acknowledged, which would wait 40 ms for a message of ours to go along with:
+  /// also while liblcm waits for the rest. The kernel forgets it as soon as we send.
+  void acknowledge_at_once() {
     if (url_.provider == Provider::kTcpq && watched_ >= 0) set_flag(watched_, TCP_QUICKACK, 1);
   }
 

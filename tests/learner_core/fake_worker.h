@@ -56,8 +56,10 @@ class FakeWorker {
                                                       refusal.empty() ? description : refusal});
     } else if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
       const bool is_first = last_batch_ == 0;
-      const std::int64_t step = batch->sequence - last_batch_;  // they come in order
-      received_ = (step < protocol::kBatchBits ? received_ << static_cast<unsigned>(step) : 0) | 1;
+      // In order from one learner; another one's number may be any.
+      const std::int64_t step = batch->sequence - last_batch_;
+      const bool follows = step >= 0 && step < protocol::kBatchBits;
+      received_ = (follows ? received_ << static_cast<unsigned>(step) : 0) | 1;
       last_batch_ = batch->sequence;
       if (is_first) replies.emplace_back(status(batch->learner_id));
       for (const protocol::Acknowledgement& ack : batch->acknowledgements) {
