@@ -133,7 +133,8 @@ StudySummary write_down(const Opened& opened, double elapsed_s, LearnerDaemon& d
   do_resumably(directory, [&] {
     const std::string failures = write_results(directory, runs);
     if (!failures.empty()) throw std::runtime_error(failures);
-    write_suspects(opened.files, opened.state, summary.rechecks, directory);
+    // Read anew: an extension is in the journal by now, and results follow it.
+    write_suspects(opened.files, read_state_study(opened.files), summary.rechecks, directory);
     daemon.seal_journal();
   });
   return summary;
@@ -149,8 +150,8 @@ void print_summary(const StudySummary& summary, double rechecks_share, bool as_j
     for (const std::string& remark : remarks(summary.rechecks)) fmt::print("{}\n", remark);
     if (rechecks_share > 0 && summary.rechecks.num_rechecked == 0) {
       fmt::print(
-          "study.recheck: no roll-out was run again: that takes a second worker, and a task "
-          "that gives one policy one reward\n");
+          "study.recheck: no roll-out was run again: that takes a second worker, a task that "
+          "gives one policy one reward, and some fifty roll-outs at a share of 0.02\n");
     }
   }
   flush_standard_output();

@@ -118,6 +118,11 @@ std::optional<int> compare_results(const StateFiles& files, const StateStudy& st
     }
     ++num_files;
   }
+  if (fs::exists(directory / "suspects.csv") && !fs::exists(expected.path() / "suspects.csv")) {
+    spdlog::error("{}: differs: the journal has no suspects",
+                  (directory / "suspects.csv").string());
+    agree = false;
+  }
   return agree ? std::optional(num_files) : std::nullopt;
 }
 

@@ -27,6 +27,8 @@ constexpr const char* kWithoutOption = "--without-worker";
 constexpr const char* kSuspects = "suspects";
 /// More runs are summed up.
 constexpr std::size_t kRunsSaidMax = 40;
+/// They are written once they are so many.
+constexpr std::int64_t kRecordsAtOnce = 4096;
 
 std::int64_t wall_time_now_us() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -106,10 +108,12 @@ Refold::Counts write_journal(const StateFiles& from, const StateStudy& state,
   const auto read = [&](const auto& on_record) {
     read_numbered(from.journal, state.in_journal, state.loaded.study.repetitions, on_record);
   };
+  std::int64_t num_records = 0;
   read([&](const NumberedRecord& numbered) { refold.read_ahead(numbered); });
   read([&](const NumberedRecord& numbered) {
     for (const JournalRecord& record : refold.next(numbered, TimePoint{})) {
       journal.append(record, wall_time_now_us());
+      if (++num_records % kRecordsAtOnce == 0) journal.flush();
     }
   });
   journal.sync();

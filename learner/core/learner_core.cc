@@ -181,6 +181,7 @@ void LearnerCore::on(const Turn& turn, const JournalSynced&) {
 void LearnerCore::on(const Turn& turn, const StopRequested&) {
   stop_at_ = turn.now + kStopGrace;
   workforce_.give_out_no_more();
+  finish_if_learnt(turn);  // perhaps only second answers were waited for
   finish_if_stopped(turn);
 }
 

@@ -12,16 +12,22 @@ namespace {
 
 bool contradict(const Opinion& a, const Opinion& b) { return is_one_class(a, b) && !agree(a, b); }
 
-/// Two others of its class agree with each other, and nobody of it with this one.
+/// Two other witnesses of its class agree with each other, and no other witness of it with this
+/// one: processes of one broken host agree, too.
 bool is_outvoted_in(const Opinion& one, const std::vector<Opinion>& all) {
   std::vector<const Opinion*> against;
   for (const Opinion& other : all) {
     if (&other == &one || !is_one_class(one, other)) continue;
-    if (agree(one, other)) return false;
-    against.push_back(&other);
+    if (!agree(one, other)) {
+      against.push_back(&other);
+    } else if (!are_one_witness(one.worker, other.worker)) {
+      return false;
+    }
   }
   return std::ranges::any_of(against, [&](const Opinion* a) {
-    return std::ranges::any_of(against, [a](const Opinion* b) { return a != b && agree(*a, *b); });
+    return std::ranges::any_of(against, [a](const Opinion* b) {
+      return agree(*a, *b) && !are_one_witness(a->worker, b->worker);
+    });
   });
 }
 
@@ -62,9 +68,11 @@ Rechecks::News Rechecks::take(protocol::RolloutKey key, Opinion another) {
   if (!was_disputed && !news.disagreements.empty()) ++record_.num_disputed;
   opinions.push_back(std::move(another));
   for (const Opinion& one : opinions) {
-    if (!is_outvoted_in(one, opinions)) continue;
-    news.outvoted.push_back(one.worker);
-    if (RecheckedWorker* tally = tally_of(one.worker)) ++tally->num_outvoted;
+    std::vector<KnownWorker>& side = is_outvoted_in(one, opinions) ? news.outvoted : news.others;
+    side.push_back(one.worker);
+  }
+  for (const KnownWorker& outvoted : news.outvoted) {
+    if (RecheckedWorker* tally = tally_of(outvoted)) ++tally->num_outvoted;
   }
   const bool is_contradicted = std::ranges::any_of(opinions, [&](const Opinion& one) {
     return std::ranges::any_of(opinions, [&](const Opinion& b) { return contradict(one, b); });
@@ -107,11 +115,18 @@ void Rechecks::compare(const Opinion& a, const Opinion& b, News& news) {
       std::max(tally.difference_max, std::fabs(a.outcome.reward() - b.outcome.reward()));
 }
 
-/// Null for one too many: names cost nothing to make up.
+/// Names cost nothing to make up, and each start of a worker has another: of too many the one makes
+/// room that was compared least, and was not outvoted. Null where all were.
 RecheckedWorker* Rechecks::tally_of(const KnownWorker& worker) {
   const auto found = record_.workers.find(worker.worker_id);
   if (found != record_.workers.end()) return &found->second;
-  if (record_.workers.size() >= protocol::kWorkersMax) return nullptr;
+  if (record_.workers.size() >= protocol::kWorkersMax) {
+    const auto least = std::ranges::min_element(record_.workers, {}, [](const auto& entry) {
+      return std::pair(entry.second.num_outvoted, entry.second.num_compared);
+    });
+    if (least->second.num_outvoted > 0) return nullptr;
+    record_.workers.erase(least);
+  }
   return &record_.workers.emplace(worker.worker_id, RecheckedWorker{.worker = worker})
               .first->second;
 }

@@ -24,8 +24,9 @@ bool is_one_class(const Opinion& a, const Opinion& b);
 bool agree(const Opinion& a, const Opinion& b);
 
 /// Roll-outs that are run again on another worker. Two workers of one class that disagree cannot
-/// both be right: further ones are asked, until two agree against one. That one is outvoted. A
-/// function of the answers in their order, so a journal gives the same.
+/// both be right: further ones are asked, until two agree against one. That one is outvoted.
+/// Workers of one host or key have one vote. A function of the answers in their order, so a journal
+/// gives the same.
 ///
 ///   open(key, first answer) --take(key, another)--> agree: settled
 ///                                                   differ: one more is asked, take() again
@@ -38,7 +39,8 @@ class Rechecks {
   struct News {
     std::vector<std::pair<Opinion, Opinion>> disagreements;  ///< with earlier ones; earlier first
     std::vector<KnownWorker> outvoted;
-    bool wants_another = false;  ///< else the roll-out is settled, and open no more
+    std::vector<KnownWorker> others;  ///< who have answered it, and are not outvoted
+    bool wants_another = false;       ///< else the roll-out is settled, and open no more
   };
   /// Precondition: is_open(key), and this worker has not answered it.
   News take(protocol::RolloutKey key, Opinion another);

@@ -19,6 +19,9 @@
 
 namespace treeroll::learner {
 
+/// Whom nobody can prove to have lied gets no work for so long.
+inline constexpr Duration kLeftOutLasts = std::chrono::seconds(60);
+
 /// For whom a workforce computes. Called within Workforce::receive().
 class Client {
  public:
@@ -162,23 +165,26 @@ class Workforce {
                       const std::vector<protocol::RolloutKey>& held);
   void reconcile(TimePoint now, WorkerEntry& worker, const protocol::HeldRollouts& held);
   void note_class(const Turn& turn, WorkerEntry& worker);
-  KnownWorker known_worker(protocol::WorkerId id) const;
+  void count_class(const Turn& turn, const WorkerEntry& worker);
+  KnownWorker noted_worker(protocol::WorkerId id) const;
   void compare_with_demand(const Turn& turn, WorkerEntry& worker);
 
   // workforce_rechecks.cc: what another worker makes of the same.
   void hand_over(const Turn& turn, Ledger::Entry answered, const AcceptedResult& result,
-                 const KnownWorker& from, int numeric_class);
+                 int numeric_class);
   void ask_one_more(protocol::RolloutKey key, Ledger::Entry answered, protocol::WorkerId by);
-  Rechecks::News take_second(Ledger::Entry answered, const AcceptedResult& result,
-                             const KnownWorker& from);
+  Rechecks::News take_second(Ledger::Entry answered, const AcceptedResult& result);
   void give_up(protocol::RolloutKey key);
   void tell(const Turn& turn, const Rechecks::News& news, protocol::RolloutKey key);
-  void set_aside(const Turn& turn, const KnownWorker& outvoted, protocol::RolloutKey key);
+  void set_aside(const Turn& turn, const KnownWorker& outvoted, bool is_by_proven,
+                 protocol::RolloutKey key);
+  bool has_proved_itself(protocol::WorkerId id) const;
 
   // workforce_trust.cc: whom to believe where nobody signs.
   bool suspect(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result,
                std::int64_t index, const TaskDescription& facts);
   Duration distrust(const Turn& turn, WorkerEntry& worker);
+  void leave_out(const Turn& turn, WorkerEntry& worker, Duration lasts);
   void settle_suspicion(const Turn& turn, WorkerEntry& worker, const protocol::HeldRollouts& held);
   void clear_of_suspicion(const Turn& turn, WorkerEntry& worker, const Ledger::Entry& answered,
                           protocol::RolloutKey key);
@@ -207,7 +213,7 @@ class Workforce {
   std::optional<TimePoint> acknowledge_by_;            // in a message of their own, if none comes
   std::optional<TimePoint> describe_at_;               // tasks are published for newcomers
   NumericClasses classes_;
-  std::map<protocol::WorkerId, KnownWorker> recovered_;  // workers of earlier incarnations
+  std::map<protocol::WorkerId, KnownWorker> noted_;  // as the journal knows them
   Rechecks rechecks_;
   bool has_told_of_no_rechecks_ = false;
   std::int64_t last_batch_ = 0;                 // sequence of the last message sent

@@ -93,7 +93,8 @@ bool Workforce::accept(const Turn& turn, WorkerEntry& worker, const protocol::Ro
 
   note_timing(turn.now, worker, result, *open);
   Ledger::Entry entry = close(key, worker.id);
-  if (!entry.lease_of(worker.id)) ++ledger_.counters.late;
+  const bool is_second = entry.question.is_run_again();
+  if (!is_second && !entry.lease_of(worker.id)) ++ledger_.counters.late;
   worker.hearing.note_confirmed();
   if (outcome.is_ok()) clear_of_suspicion(turn, worker, entry, key);
   ++worker.num_accepted;
@@ -101,14 +102,14 @@ bool Workforce::accept(const Turn& turn, WorkerEntry& worker, const protocol::Ro
   note_class(turn, worker);
   const AcceptedResult accepted{key, result.content, outcome, worker.id, result.duration_ns};
   ++num_unsynced_;
-  if (entry.question.is_run_again()) {
+  if (is_second) {
     turn.effects.emplace_back(AppendSecond{{accepted}});
-    tell(turn, take_second(std::move(entry), accepted, known_worker(worker.id)), key);
+    tell(turn, take_second(std::move(entry), accepted), key);
     return true;
   }
+  count_class(turn, worker);
   turn.effects.emplace_back(AppendResult{accepted});
-  hand_over(turn, std::move(entry), accepted, known_worker(worker.id),
-            classes_.index(worker.numeric_class));
+  hand_over(turn, std::move(entry), accepted, classes_.index(worker.numeric_class));
   return true;
 }
 
@@ -254,8 +255,15 @@ void Workforce::note_class(const Turn& turn, WorkerEntry& worker) {
   if (worker.numeric_class.empty()) return;  // not heard of yet
   if (worker.noted_class != worker.numeric_class) {
     worker.noted_class = worker.numeric_class;
-    turn.effects.emplace_back(AppendWorker{known_worker(worker.id)});
+    KnownWorker& noted = noted_[worker.id];
+    noted = {worker.id, worker.numeric_class, cut_text(worker.host, protocol::kHostNameBytesMax),
+             worker.pid};
+    turn.effects.emplace_back(AppendWorker{noted});
   }
+}
+
+/// Something is learnt from this one: who watches the study's bits hears of a new class.
+void Workforce::count_class(const Turn& turn, const WorkerEntry& worker) {
   if (!classes_.count(worker.numeric_class)) return;
   if (classes_.counts().size() > 1) {
     turn.warn("numeric classes",
@@ -280,32 +288,25 @@ void Workforce::compare_with_demand(const Turn& turn, WorkerEntry& worker) {
   ledger_.take_back_all(worker.id);
 }
 
-/// As the journal knows it; of an earlier incarnation, if it is not here any more.
-KnownWorker Workforce::known_worker(protocol::WorkerId id) const {
-  const auto found = workers_.all().find(id);
-  if (found != workers_.all().end()) {
-    const WorkerEntry& worker = found->second;
-    return {id, worker.numeric_class, cut_text(worker.host, protocol::kHostNameBytesMax),
-            worker.pid};
-  }
-  const auto recovered = recovered_.find(id);
-  return recovered == recovered_.end() ? KnownWorker{id, "", "", 0} : recovered->second;
+/// As the journal knows it, whatever it has said of itself since: a fold must come to the same.
+KnownWorker Workforce::noted_worker(protocol::WorkerId id) const {
+  const auto noted = noted_.find(id);
+  return noted == noted_.end() ? KnownWorker{id, "", "", 0} : noted->second;
 }
 
-void Workforce::recover(const KnownWorker& worker) { recovered_[worker.worker_id] = worker; }
+void Workforce::recover(const KnownWorker& worker) { noted_[worker.worker_id] = worker; }
 
 void Workforce::recover(const Turn& turn, const AcceptedResult& result) {
-  const KnownWorker from = known_worker(result.worker_id);
   int numeric_class = kUnknownClass;
-  if (recovered_.contains(result.worker_id)) {
-    classes_.count(from.numeric_class);
-    numeric_class = classes_.index(from.numeric_class);
+  if (const auto noted = noted_.find(result.worker_id); noted != noted_.end()) {
+    classes_.count(noted->second.numeric_class);
+    numeric_class = classes_.index(noted->second.numeric_class);
   }
-  hand_over(turn, close(result.key), result, from, numeric_class);
+  hand_over(turn, close(result.key), result, numeric_class);
 }
 
 void Workforce::recover(const SecondAnswer& answer) {
-  take_second(close(answer.result.key), answer.result, known_worker(answer.result.worker_id));
+  take_second(close(answer.result.key), answer.result);
 }
 
 }  // namespace treeroll::learner

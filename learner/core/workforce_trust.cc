@@ -11,7 +11,7 @@ namespace treeroll::learner {
 namespace {
 
 /// Of the first distrust; each further one lasts twice as long.
-constexpr Duration kDistrustLasts = std::chrono::seconds(60);
+constexpr Duration kDistrustLasts = kLeftOutLasts;
 constexpr int kDistrustDoublingsMax = 6;
 
 constexpr const char* kRangeKind = "rewards out of range";
@@ -68,10 +68,14 @@ void Workforce::settle_suspicion(const Turn& turn, WorkerEntry& worker,
 Duration Workforce::distrust(const Turn& turn, WorkerEntry& worker) {
   const Duration lasts =
       kDistrustLasts * (1 << std::min(worker.num_distrusts++, kDistrustDoublingsMax));
+  leave_out(turn, worker, lasts);
+  return lasts;
+}
+
+void Workforce::leave_out(const Turn& turn, WorkerEntry& worker, Duration lasts) {
   worker.distrusted = true;
   worker.trusted_again = turn.now + lasts;
   ledger_.take_back_all(worker.id);
-  return lasts;
 }
 
 /// It has answered this well. Who has done so has not refused what it needs, nor given the reward

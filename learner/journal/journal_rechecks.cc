@@ -23,11 +23,17 @@ class RecheckFold {
     if (const auto* worker = std::get_if<KnownWorker>(&record)) {
       workers_[worker->worker_id] = *worker;
     } else if (const auto* first = std::get_if<AcceptedResult>(&record)) {
-      if (!asked_again_.contains(question_of(*first)) || rechecks_.is_open(first->key)) return;
+      if (!asked_again_.contains(question_of(*first))) return;
+      // After an extension another question may stand under the number of one that is open yet.
+      if (rechecks_.is_open(first->key)) rechecks_.drop(first->key);
+      open_[first->key] = {first->content, {first->worker_id}};
       rechecks_.open(first->key, opinion_of(*first));
     } else if (const auto* second = std::get_if<SecondAnswer>(&record)) {
       const AcceptedResult& result = second->result;
       if (!rechecks_.is_open(result.key)) return;
+      Open& open = open_.at(result.key);
+      if (open.content != result.content || !open.answered_by.insert(result.worker_id).second)
+        return;
       result.outcome.is_discarded() ? rechecks_.drop(result.key)
                                     : void(rechecks_.take(result.key, opinion_of(result)));
     }
@@ -41,7 +47,12 @@ class RecheckFold {
             result.outcome};
   }
 
+  struct Open {
+    std::int64_t content = 0;
+    std::set<protocol::WorkerId> answered_by;
+  };
   const std::set<Question>& asked_again_;
+  std::map<protocol::RolloutKey, Open> open_;  // and some that are open no more
   std::map<protocol::WorkerId, KnownWorker> workers_;
   learner::Rechecks rechecks_;
 };

@@ -41,12 +41,17 @@ std::vector<JournalRecord> Refold::next(const NumberedRecord& numbered, TimePoin
   }
   const auto* result = std::get_if<AcceptedResult>(&numbered.record);
   if (!result) {
+    // Time that was spent on what is lost does not count: it is to be learnt again.
+    const bool has_lost_some = counts_.num_left_out > counts_.num_replaced;
+    if (has_lost_some && std::holds_alternative<LearningTime>(numbered.record)) return records;
     const auto* second = std::get_if<SecondAnswer>(&numbered.record);
     const bool is_kept =
         !second || (!left_out_.contains(second->result.worker_id) && takes(numbered));
     if (is_kept) add(numbered, now, records);
     return records;
   }
+  const bool may_be_superseded = numbered.is_of_earlier_study && result->key.number < 0;
+  if (may_be_superseded && !takes(numbered)) return records;  // an extension has asked anew
   if (!left_out_.contains(result->worker_id)) {
     const bool is_kept = takes(numbered);
     ++(is_kept ? counts_.num_kept : counts_.num_following);
@@ -54,12 +59,16 @@ std::vector<JournalRecord> Refold::next(const NumberedRecord& numbered, TimePoin
     return records;
   }
   ++counts_.num_left_out;
-  changed_runs_.insert(result->key.run);
   const auto other = second_.find(Question(key_then(numbered, result->key), result->content));
+  const bool is_same = other != second_.end() && other->second.outcome.agrees_with(result->outcome);
+  if (!is_same) changed_runs_.insert(result->key.run);
   if (other == second_.end()) return records;
   NumberedRecord in_its_place = numbered;
   in_its_place.record = other->second;
-  if (!takes(in_its_place)) return records;
+  if (!takes(in_its_place)) {
+    changed_runs_.insert(result->key.run);
+    return records;
+  }
   ++counts_.num_replaced;
   add_worker(other->second.worker_id, now, records);
   add(in_its_place, now, records);

@@ -14,7 +14,8 @@ namespace treeroll {
 /// Folds a journal without the results of some workers. What was drawn after one of these may
 /// follow from it: such a result answers a question that is not asked any more, and is left out
 /// too. Where one more worker has answered the same (study.recheck), its answer takes the place.
-/// What remains is a journal as a learner leaves it that was stopped.
+/// What remains is a journal as a learner leaves it that was stopped. Of the learning time
+/// (study.stop_after_s) only what came before the first result that is lost.
 ///
 ///   for each record: refold.read_ahead(record);
 ///   for each record: write(refold.next(record, now));

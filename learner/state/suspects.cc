@@ -18,7 +18,10 @@ std::set<protocol::WorkerId> suspects_of(const RecheckRecord& rechecks) {
 void write_suspects(const StateFiles& files, const StateStudy& state, const RecheckRecord& rechecks,
                     const std::filesystem::path& directory) {
   const std::set<protocol::WorkerId> suspects = suspects_of(rechecks);
-  if (suspects.empty()) return;
+  if (suspects.empty()) {  // nor one of before
+    std::filesystem::remove(directory / "suspects.csv");
+    return;
+  }
   const Study& study = state.loaded.study;
   AtomicFile file(directory / "suspects.csv");
   file.append("condition,repetition,run,rollout,reward,status,worker,host,pid\n");

@@ -45,11 +45,14 @@ policy.model = "flat"
 
 class SecondAnswersOfDaemonsTest : public ::testing::Test {
  protected:
-  std::unique_ptr<Daemon> worker(bool lies) const {
+  /// On a host of that name: processes of one host have one vote.
+  std::unique_ptr<Daemon> worker(bool lies, const std::string& host = "one") const {
     return std::make_unique<Daemon>(
-        "treeroll-worker",
-        std::vector<std::string>{"--processes", "1", "--lcm-url", service_.url(), "--evaluator",
-                                 TREEROLL_REACH},
+        "/usr/bin/unshare",
+        std::vector<std::string>{"--map-root-user", "--uts", "--", "/bin/sh", "-c",
+                                 R"(echo "$0" > /proc/sys/kernel/hostname && exec "$@")", host,
+                                 executable("treeroll-worker").string(), "--processes", "1",
+                                 "--lcm-url", service_.url(), "--evaluator", TREEROLL_REACH},
         service_.directory(),
         lies ? std::map<std::string, std::string>{{"REACH_LIES", "1"}}
              : std::map<std::string, std::string>{});
@@ -71,9 +74,9 @@ class SecondAnswersOfDaemonsTest : public ::testing::Test {
 TEST_F(SecondAnswersOfDaemonsTest, WhoLiesIsNamedAndTheStudyIsLearntAgainWithoutIt) {
   json of_liar;
   {
-    const auto liar = worker(true);
-    const auto one = worker(false);
-    const auto two = worker(false);
+    const auto liar = worker(true, "liar");
+    const auto one = worker(false, "one");
+    const auto two = worker(false, "two");
     const Service::Learnt learnt = learn("lied", {study_, "--state-dir", in("lied")});
     ASSERT_EQ(learnt.status, 0) << learnt.log;
     EXPECT_GT(learnt.summary["rechecks"]["rechecked"], 50);
@@ -87,6 +90,13 @@ TEST_F(SecondAnswersOfDaemonsTest, WhoLiesIsNamedAndTheStudyIsLearntAgainWithout
     }
     EXPECT_GT(of_liar["outvoted"], 0) << learnt.summary["rechecks"];
     EXPECT_THAT(learnt.log, HasSubstr("two others contradict its answer"));
+    // Also what is learnt behind an extension is in suspects.csv.
+    fs::copy(in("lied"), in("grown"), fs::copy_options::recursive);
+    const Service::Learnt more =
+        learn("grown", {"--resume", in("grown"), "--set", "study.rollouts=70"});
+    ASSERT_EQ(more.status, 0) << more.log;
+    const Said grown = service_.run("treeroll-replay", {in("grown"), "--verify"});
+    EXPECT_EQ(grown.status, 0) << grown.errors;
   }
   const std::string id = of_liar["id"];
   EXPECT_THAT(read_file(in("lied") + "/suspects.csv"), HasSubstr("," + id + ","));
@@ -110,6 +120,10 @@ TEST_F(SecondAnswersOfDaemonsTest, WhoLiesIsNamedAndTheStudyIsLearntAgainWithout
   said = service_.run("treeroll-replay", {in("sound"), "--verify"});
   EXPECT_EQ(said.status, 0) << said.errors;
   EXPECT_FALSE(fs::exists(in("sound") + "/suspects.csv"));
+  write_file(in("sound") + "/suspects.csv", "nobody\n");
+  said = service_.run("treeroll-replay", {in("sound"), "--verify"});
+  EXPECT_EQ(said.status, 1) << said.output;
+  EXPECT_THAT(said.errors, HasSubstr("suspects.csv: differs: the journal has no suspects"));
 
   const auto one = worker(false);
   const auto two = worker(false);

@@ -14,7 +14,10 @@ namespace {
 constexpr protocol::RolloutKey kKey{0, 7};
 
 Opinion opinion(protocol::WorkerId worker, double reward, const std::string& numeric_class = "a") {
-  return {{.worker_id = worker, .numeric_class = numeric_class, .host = "host", .pid = 1},
+  return {{.worker_id = worker,
+           .numeric_class = numeric_class,
+           .host = "host" + std::to_string(worker),
+           .pid = 1},
           Outcome::ok(reward)};
 }
 
@@ -54,6 +57,38 @@ TEST(RechecksTest, OfTwoThatDifferByABitAThirdOneTellsWhichIsWrong) {
   EXPECT_EQ(tally(rechecks, 3).num_disagreed, 1);
   EXPECT_EQ(rechecks.record().num_disputed, 1);
   EXPECT_EQ(rechecks.record().num_undecided, 0);
+}
+
+TEST(RechecksTest, ProcessesOfOneHostHaveOneVote) {
+  Rechecks rechecks;
+  const auto of_host = [](protocol::WorkerId worker, double reward) {
+    Opinion one = opinion(worker, reward);
+    one.worker.host = "broken";
+    return one;
+  };
+  rechecks.open(kKey, opinion(1, .5));
+  rechecks.take(kKey, of_host(2, .4));
+  Rechecks::News news = rechecks.take(kKey, of_host(3, .4));
+  EXPECT_TRUE(news.outvoted.empty());
+  EXPECT_TRUE(news.wants_another);
+  news = rechecks.take(kKey, opinion(4, .5));
+  ASSERT_EQ(news.outvoted.size(), 2U) << "both";
+  EXPECT_EQ(news.outvoted[0].worker_id, 2);
+  EXPECT_EQ(news.outvoted[1].worker_id, 3);
+  ASSERT_EQ(news.others.size(), 2U);
+  EXPECT_EQ(news.others[0].worker_id, 1);
+}
+
+/// Who has stolen one key has names without number, and says of each that it is of another host.
+TEST(RechecksTest, NamesOfOneKeyHaveOneVote) {
+  constexpr auto kStolen = std::int64_t{7} << protocol::kOwnNameBits;
+  Rechecks rechecks;
+  rechecks.open(kKey, opinion(1, .5));
+  for (const std::int64_t name : {1, 2, 3}) {
+    EXPECT_TRUE(rechecks.take(kKey, opinion(kStolen + name, .4)).outvoted.empty());
+  }
+  EXPECT_EQ(rechecks.take(kKey, opinion(2, .5)).outvoted.size(), 3U);
+  EXPECT_FALSE(rechecks.is_outvoted(1));
 }
 
 TEST(RechecksTest, FiveThatAllDifferStayUndecided) {
@@ -118,7 +153,7 @@ TEST(RechecksTest, TheFirstThatWaitsIsGivenUpForOneTooMany) {
   EXPECT_EQ(rechecks.waiting().size(), protocol::kRechecksOpenMax);
 }
 
-TEST(RechecksTest, MoreWorkersThanMayBeKnownAreComparedAndNotKept) {
+TEST(RechecksTest, OfMoreWorkersThanMayBeKnownThoseStayThatWereOutvoted) {
   Rechecks rechecks;
   const int num_max = static_cast<int>(protocol::kWorkersMax);
   for (int worker = 0; worker < num_max + 10; worker += 2) {
@@ -127,6 +162,16 @@ TEST(RechecksTest, MoreWorkersThanMayBeKnownAreComparedAndNotKept) {
   }
   EXPECT_EQ(rechecks.record().workers.size(), protocol::kWorkersMax);
   EXPECT_EQ(rechecks.record().num_rechecked, num_max / 2 + 5);
+  // Names of before do not hide who is outvoted later, and who was stays.
+  const auto outvote = [&](int number, protocol::WorkerId liar) {
+    rechecks.open({0, number}, opinion(liar, .1));
+    rechecks.take({0, number}, opinion(liar + 1, .5));
+    rechecks.take({0, number}, opinion(liar + 2, .5));
+  };
+  outvote(num_max + 10, 2 * num_max);
+  for (int i = 11; i < 20; ++i) outvote(num_max + i, (i - 8) * num_max);
+  for (int i = 2; i < 12; ++i) EXPECT_TRUE(rechecks.is_outvoted(i * num_max)) << i;
+  EXPECT_EQ(rechecks.record().workers.size(), protocol::kWorkersMax);
 }
 
 TEST(RechecksTest, WhichRollOutsAreRunAgainFollowsFromTheSeedAlone) {

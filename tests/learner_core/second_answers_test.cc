@@ -19,9 +19,9 @@ Study checked_study(double share = 1) {
   return study;
 }
 
-/// So many sound workers of ids 1, 2, ...
+/// So many sound workers of ids 1, 2, ..., each on a host of its own.
 void add_workers(Cluster& cluster, int count) {
-  for (int id = 1; id <= count; ++id) cluster.add_worker(id);
+  for (int id = 1; id <= count; ++id) cluster.add_worker(id).host = "host" + std::to_string(id);
 }
 
 bool is_said(const Cluster& cluster, const std::string& words) {
@@ -120,7 +120,7 @@ TEST(SecondAnswersTest, WhoLiesIsOutvotedSaidAndWithKeysSetAsideForGood) {
     EXPECT_FALSE(cluster.core->workforce().rechecks().is_outvoted(sound));
   }
   EXPECT_TRUE(cluster.core->workforce().workers().all().at(3).set_aside);
-  EXPECT_TRUE(is_said(cluster, "worker 3 (host pid 3): two others contradict its answer to run"));
+  EXPECT_TRUE(is_said(cluster, "worker 3 (host3 pid 3): two others contradict its answer to run"));
   EXPECT_TRUE(is_said(cluster, "it gets no more work of this study"));
   EXPECT_TRUE(is_said(cluster, "one of two workers of the same numeric class is broken"));
   EXPECT_GT(cluster.core->counters().conflicting, 0);
@@ -138,6 +138,35 @@ TEST(SecondAnswersTest, WithoutKeysItIsLeftOutForAWhile) {
   EXPECT_TRUE(is_said(cluster, "it gets no work for 60 s"));
 }
 
+/// Two that lie alike cost nothing to make up where there are no keys.
+TEST(SecondAnswersTest, WithoutKeysNobodyIsLeftOutForLongerThanAMinute) {
+  Cluster cluster(checked_study());
+  add_workers(cluster, 5);
+  cluster.workers[2]->reward_factor = .5;
+  cluster.start();
+  cluster.run(hours(1), [&] {
+    const WorkerEntry& worker = cluster.core->workforce().workers().all().at(3);
+    ASSERT_TRUE(!worker.distrusted || worker.trusted_again - cluster.now <= seconds(60));
+    ASSERT_EQ(worker.num_distrusts, 0);
+  });
+  EXPECT_GT(record_of(cluster).workers.at(3).num_outvoted, 1);
+}
+
+TEST(SecondAnswersTest, TwoProcessesOfABrokenHostDoNotOutvoteSoundWorkers) {
+  Cluster cluster(checked_study(), true, true, true);
+  add_workers(cluster, 5);
+  for (const std::size_t liar : {2U, 3U}) {
+    cluster.workers[liar]->reward_factor = .5;
+    cluster.workers[liar]->host = "broken";
+  }
+  cluster.start();
+  cluster.run(hours(1));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  const Rechecks& rechecks = cluster.core->workforce().rechecks();
+  for (const protocol::WorkerId sound : {1, 2, 5}) EXPECT_FALSE(rechecks.is_outvoted(sound));
+  for (const protocol::WorkerId liar : {3, 4}) EXPECT_TRUE(rechecks.is_outvoted(liar));
+}
+
 TEST(SecondAnswersTest, OfTwoWorkersNobodyCanTellWhichLies) {
   Cluster cluster(checked_study());
   add_workers(cluster, 2);
@@ -152,7 +181,7 @@ TEST(SecondAnswersTest, OfTwoWorkersNobodyCanTellWhichLies) {
             record_of(cluster).workers.at(1).num_compared);
 }
 
-TEST(SecondAnswersTest, AClassThatDiffersIsReportedAndNotSetAside) {
+TEST(SecondAnswersTest, LastBitsOfAnotherClassAreNoDisagreement) {
   Cluster cluster(checked_study(), true, true, true);
   add_workers(cluster, 4);
   cluster.workers[3]->numeric_class = "other";
@@ -163,6 +192,33 @@ TEST(SecondAnswersTest, AClassThatDiffersIsReportedAndNotSetAside) {
   EXPECT_EQ(record_of(cluster).num_disputed, 0) << "last bits";
   EXPECT_GT(record_of(cluster).classes.at({"class", "other"}).num_compared, 0);
   EXPECT_GT(record_of(cluster).classes.at({"class", "other"}).difference_max, 0);
+}
+
+TEST(SecondAnswersTest, AClassThatDiffersIsReportedAndNotSetAside) {
+  Cluster cluster(checked_study(), true, true, true);
+  add_workers(cluster, 4);
+  cluster.workers[3]->numeric_class = "other";
+  cluster.workers[3]->reward_factor = .9;
+  cluster.start();
+  cluster.run(hours(1));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_GT(record_of(cluster).num_disputed, 0);
+  EXPECT_GT(record_of(cluster).classes.at({"class", "other"}).num_disagreed, 0);
+  EXPECT_TRUE(is_said(cluster, "they are not of one numeric class"));
+  for (const auto& [id, tally] : record_of(cluster).workers) EXPECT_EQ(tally.num_outvoted, 0);
+}
+
+/// Nothing is learnt from second answers, so no bits depend on who gave them.
+TEST(SecondAnswersTest, ResultsByClassAreThoseOfFirstAnswers) {
+  Cluster cluster(checked_study());
+  add_workers(cluster, 3);
+  cluster.start();
+  cluster.run(hours(1));
+  std::int64_t num_results = 0;
+  for (const auto& [name, count] : cluster.core->workforce().classes().counts()) {
+    num_results += count;
+  }
+  EXPECT_EQ(num_results, static_cast<std::int64_t>(cluster.journal.size()));
 }
 
 TEST(SecondAnswersTest, ATaskThatMustNotBeStartedTwiceIsNot) {
@@ -218,6 +274,54 @@ TEST(SecondAnswersTest, AFoldKnowsWhoWasOutvoted) {
   EXPECT_EQ(core->workforce().rechecks().record().num_rechecked, record_of(cluster).num_rechecked);
   EXPECT_EQ(core->workforce().rechecks().record().workers.at(3).num_compared,
             record_of(cluster).workers.at(3).num_compared);
+}
+
+/// Else what has no second answer to come would push out others in one of the two only.
+TEST(SecondAnswersTest, AFoldOpensWhatTheLearnerDid) {
+  Cluster cluster(checked_study(), true, false);
+  add_workers(cluster, 3);
+  cluster.start();
+  cluster.run(hours(1));
+  EXPECT_EQ(cluster.core->workforce().rechecks().waiting(),
+            folded(cluster)->workforce().rechecks().waiting());
+}
+
+/// One datagram in its name is enough for that where there are no keys.
+TEST(SecondAnswersTest, AFoldComesToTheSameAlsoIfAWorkerSaysAnotherClassLater) {
+  Cluster cluster(checked_study());
+  add_workers(cluster, 4);
+  cluster.workers[2]->reward_factor = .5;
+  cluster.start();
+  cluster.run(hours(1), [&] {
+    const auto& workers = record_of(cluster).workers;
+    if (workers.contains(3)) cluster.workers[2]->numeric_class = "";
+  });
+  const RecheckRecord& live = record_of(cluster);
+  const std::unique_ptr<LearnerCore> core = folded(cluster);
+  const RecheckRecord& fold = core->workforce().rechecks().record();
+  EXPECT_GT(live.workers.at(3).num_compared, 4);
+  EXPECT_EQ(fold.num_disputed, live.num_disputed);
+  EXPECT_EQ(fold.workers.at(3).num_outvoted, live.workers.at(3).num_outvoted);
+  EXPECT_EQ(fold.classes.size(), live.classes.size());
+}
+
+/// What a journal holds is no word on what the task is.
+TEST(SecondAnswersTest, ATaskThatOnlyWorkersKnowIsDescribedAnewAfterAResume) {
+  for (const double share : {0., 1.}) {
+    Cluster before(checked_study(share), false);
+    add_workers(before, 2);
+    before.start();
+    before.run(milliseconds(250));
+    ASSERT_FALSE(before.journal.empty());
+    ASSERT_EQ(before.core->outcome(), LearnerCore::Outcome::kRunning);
+    Cluster after(checked_study(share), false);
+    add_workers(after, 2);
+    after.start();
+    for (const KnownWorker& worker : before.notes) after.tell(WorkerRecovered{worker});
+    after.recover(before.journal);
+    after.run(hours(1));
+    EXPECT_EQ(after.core->outcome(), LearnerCore::Outcome::kDone);
+  }
 }
 
 TEST(SecondAnswersTest, ALearnerThatGoesOnGivesTheOutvotedOneNothing) {
