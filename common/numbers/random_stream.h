@@ -11,6 +11,7 @@ enum class RandomPurpose : std::uint32_t {
   kTaskSeed = 1,      ///< seed handed to a task that is not deterministic
   kPopulation = 2,    ///< draws of an update rule beyond the perturbation of one roll-out
   kFit = 3,           ///< start of a fit to a demonstration
+  kRecheck = 4,       ///< whether a roll-out is run again on another worker
 };
 
 /// Random numbers as a pure function of their key: the counter-based generator Philox4x64-10

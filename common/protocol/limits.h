@@ -62,6 +62,8 @@ inline constexpr std::int64_t kInFlightTotalMax = 1'000'000;
 
 /// Heard within the last seconds; and so many records of those that have left.
 inline constexpr std::size_t kWorkersMax = 4096;
+/// Of these, that have one key: names of one begin alike.
+inline constexpr int kWorkersOfOneKeyMax = 1024;
 /// A worker names all it holds in one message.
 inline constexpr int kLeasesPerWorkerMax = kHeldPerMessageMax;
 inline constexpr std::size_t kRefusalsPerWorkerMax = 256;
@@ -77,6 +79,9 @@ inline constexpr std::size_t kStretchesReadMax = 256;
 /// older ones are not waited for.
 inline constexpr std::int64_t kBatchBits = 64;
 inline constexpr std::size_t kNumericClassesMax = 1024;
+/// Roll-outs that wait for the answer of one more worker, and the workers that one is asked of.
+inline constexpr std::size_t kRechecksOpenMax = 256;
+inline constexpr std::size_t kOpinionsMax = 5;
 /// Of the name of a numeric class, and of a host's in the journal; longer ones are cut.
 inline constexpr std::size_t kNumericClassBytesMax = 128;
 inline constexpr std::size_t kHostNameBytesMax = 64;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/result.h"
+#include "common/protocol/messages.h"
 
 namespace treeroll::transport {
 
@@ -46,7 +47,7 @@ inline constexpr std::size_t kKeyFileBytesMax = 4096;
 
 /// A worker's name begins as the id of its key does, so that no key speaks in the name of another
 /// one's worker: 24 of 63 bits. The rest is its own.
-inline constexpr unsigned kOwnNameBits = 39;
+using protocol::kOwnNameBits;
 constexpr bool may_sign_for(std::int64_t key_id, std::int64_t worker) {
   return key_id >> kOwnNameBits == worker >> kOwnNameBits;
 }

@@ -135,10 +135,12 @@ FoldHooks LearnerDaemon::hooks_of_page() {
 void LearnerDaemon::begin_journal(const JournalTail& tail, const StateFiles& files,
                                   const StateStudy& state) {
   journal_->continue_after(tail);
-  journal_->append(JournalStart{.study_id = state.in_journal.id,
-                                .learner_id = settings_.learner_id,
-                                .program = cut_text(program_version(), kProgramBytesMax)},
-                   wall_time_us());
+  journal_->append(
+      JournalStart{.study_id = state.in_journal.id,
+                   .learner_id = settings_.learner_id,
+                   .format = state.loaded.study.recheck > 0 ? kJournalFormat : kCommonJournalFormat,
+                   .program = cut_text(program_version(), kProgramBytesMax)},
+      wall_time_us());
   if (state.in_journal.is_before_extension) {
     journal_->append(write_extension(files, state, program_version()), wall_time_us());
   }
@@ -231,6 +233,8 @@ void LearnerDaemon::append(const AcceptedResult& result) {
   write(result);
   if (page_) page_->study().accepted(result);
 }
+
+void LearnerDaemon::append(const SecondAnswer& answer) { write(answer); }
 
 void LearnerDaemon::append(const KnownWorker& worker) {
   write(worker);

@@ -77,12 +77,14 @@ class RolloutTable {
     const auto* result = std::get_if<AcceptedResult>(&record);
     if (!result) return;
     // A void trial is made again under its number: it has a row of its own.
-    const bool is_void = result->outcome.is_discarded() && core.ledger().find(result->key);
+    const learner::Ledger::Entry* open = core.ledger().find(result->key);
+    const bool is_open = open && !open->question.is_run_again();
+    const bool is_void = result->outcome.is_discarded() && is_open;
     if (result->key.number >= 0 && !is_void) return;
     const auto found = open_.find(result->key);
     if (found == open_.end()) return;
     // One that an extension has superseded has left the question open.
-    if (is_void || !core.ledger().find(result->key)) write(found->second);
+    if (is_void || !is_open) write(found->second);
     open_.erase(found);
   }
 

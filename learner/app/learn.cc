@@ -19,9 +19,11 @@
 #include "learner/app/resumable.h"
 #include "learner/journal/journal_file.h"
 #include "learner/journal/journal_origins.h"
+#include "learner/results/recheck_text.h"
 #include "learner/results/state_directory.h"
 #include "learner/results/summary.h"
 #include "learner/state/state_study.h"
+#include "learner/state/suspects.h"
 #include "learner/study/study_file.h"
 #include "learner/study/task_table.h"
 #include "learner/worker_program/task_survey.h"
@@ -115,31 +117,42 @@ void say_what_begins(const Opened& opened, const learner::LearnerCore& core, boo
 }
 
 /// Writes the results; the journal is sealed once all are there.
-StudySummary write_down(const std::string& study, const fs::path& directory, double elapsed_s,
-                        LearnerDaemon& daemon) {
+StudySummary write_down(const Opened& opened, double elapsed_s, LearnerDaemon& daemon) {
+  const fs::path& directory = opened.files.directory;
   const std::vector<RunRecord> runs = daemon.take_results();
   if (runs.size() >= kManyRuns) {
     spdlog::info("writes the policies of {} runs to {}", runs.size(), directory.string());
   }
-  StudySummary summary{study,
+  StudySummary summary{opened.state.loaded.study.name,
                        summarize(runs, daemon.core().determinism()),
                        daemon.core().counters(),
                        daemon.core().worker_records(),
                        elapsed_s,
-                       daemon.core().results_by_class()};
+                       daemon.core().results_by_class(),
+                       daemon.core().workforce().rechecks().record()};
   do_resumably(directory, [&] {
     const std::string failures = write_results(directory, runs);
     if (!failures.empty()) throw std::runtime_error(failures);
+    // Read anew: an extension is in the journal by now, and results follow it.
+    write_suspects(opened.files, read_state_study(opened.files), summary.rechecks, directory);
     daemon.seal_journal();
   });
   return summary;
 }
 
-void print_summary(const StudySummary& summary, bool as_json) {
+void print_summary(const StudySummary& summary, double rechecks_share, bool as_json) {
   fmt::print("{}", as_json ? to_json(summary) + "\n" : to_table(summary.conditions));
   if (!as_json && summary.results_by_class.size() > 1) {
     fmt::print("numeric classes: {}: bits depend on who evaluated what\n",
                class_list(summary.results_by_class));
+  }
+  if (!as_json) {
+    for (const std::string& remark : remarks(summary.rechecks)) fmt::print("{}\n", remark);
+    if (rechecks_share > 0 && summary.rechecks.num_rechecked == 0) {
+      fmt::print(
+          "study.recheck: no roll-out was run again: that takes a second worker, a task that "
+          "gives one policy one reward, and some fifty roll-outs at a share of 0.02\n");
+    }
   }
   flush_standard_output();
 }
@@ -187,9 +200,9 @@ int run_learner(const LearnerOptions& options) {
   do_resumably(directory, [&] { daemon.run(); });
   const double elapsed_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const StudySummary summary = write_down(loaded.study.name, directory, elapsed_s, daemon);
+  const StudySummary summary = write_down(opened, elapsed_s, daemon);
   // Last: whoever reads it may have gone, which is an error then.
-  print_summary(summary, options.json);
+  print_summary(summary, loaded.study.recheck, options.json);
   return say_how_it_ended(summary, directory,
                           daemon.core().outcome() == learner::LearnerCore::Outcome::kDone);
 }

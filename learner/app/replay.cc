@@ -17,11 +17,14 @@
 #include "learner/app/replay_page.h"
 #include "learner/app/replayed_policy.h"
 #include "learner/app/shown_rollout.h"
+#include "learner/app/without_workers.h"
 #include "learner/journal/journal_fold.h"
 #include "learner/journal/journal_origins.h"
+#include "learner/results/recheck_text.h"
 #include "learner/results/state_directory.h"
 #include "learner/results/summary.h"
 #include "learner/state/state_study.h"
+#include "learner/state/suspects.h"
 
 namespace treeroll {
 namespace {
@@ -109,8 +112,12 @@ class TemporaryFolder {
 
 /// Compares the result files of a state directory with those of the fold.
 /// @return how many agree; nothing if one does not, which is said
-std::optional<int> compare_results(const fs::path& directory, const std::vector<RunRecord>& runs) {
+std::optional<int> compare_results(const StateFiles& files, const StateStudy& state,
+                                   const RecheckRecord& rechecks,
+                                   const std::vector<RunRecord>& runs) {
+  const fs::path& directory = files.directory;
   const TemporaryFolder expected;
+  write_suspects(files, state, rechecks, expected.path());
   if (const std::string failures = write_results(expected.path(), runs); !failures.empty()) {
     throw std::runtime_error(failures);
   }
@@ -127,6 +134,11 @@ std::optional<int> compare_results(const fs::path& directory, const std::vector<
       agree = false;
     }
     ++num_files;
+  }
+  if (fs::exists(directory / "suspects.csv") && !fs::exists(expected.path() / "suspects.csv")) {
+    spdlog::error("{}: differs: the journal has no suspects",
+                  (directory / "suspects.csv").string());
+    agree = false;
   }
   return agree ? std::optional(num_files) : std::nullopt;
 }
@@ -147,6 +159,10 @@ void say(const StateFiles& files, const JournalTail& tail, const Contents& conte
   }
   if (contents.time) fmt::print("learning   {:.1f} s\n", to_seconds(contents.time->elapsed));
   if (contents.num_extensions > 0) fmt::print("extended   {} times\n", contents.num_extensions);
+}
+
+void say(const RecheckRecord& rechecks) {
+  for (const std::string& remark : remarks(rechecks)) fmt::print("run again  {}\n", remark);
 }
 
 /// A text file, say: nothing in it is a record.
@@ -202,6 +218,8 @@ bool verify(const StateFiles& files, bool refit) {
     if (!num_fits) return false;
     fmt::print("starts     {} fits give what the study holds\n", *num_fits);
   }
+  const RecheckRecord rechecks = core.workforce().rechecks().record();
+  say(rechecks);
   const std::vector<RunRecord> runs = std::move(core).run_records();
   say_missing(state.loaded.study, runs, files);
   if (state.in_journal.is_before_extension) {
@@ -220,7 +238,7 @@ bool verify(const StateFiles& files, bool refit) {
     fmt::print("results    not compared: files of an earlier version\n");
     return true;
   }
-  const std::optional<int> num_files = compare_results(files.directory, runs);
+  const std::optional<int> num_files = compare_results(files, state, rechecks, runs);
   if (num_files) fmt::print("results    {} files agree\n", *num_files);
   return num_files.has_value();
 }
@@ -236,6 +254,7 @@ void summarize_journal(const StateFiles& files) {
   const StateStudy state = read_state_study(files);
   learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
   fold_state(files, state, TimePoint{}, core);
+  say(core.workforce().rechecks().record());
   const std::vector<RunRecord> runs = std::move(core).run_records();
   say_missing(state.loaded.study, runs, files);
   fmt::print("\n{}", to_table(summarize(runs, determinism_of(state.loaded.study))));
@@ -249,6 +268,7 @@ void write_results_so_far(const StateFiles& files, const fs::path& directory) {
   learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
   require_journal(files, fold_state(files, state, TimePoint{}, core));
   fs::create_directories(directory);
+  write_suspects(files, state, core.workforce().rechecks().record(), directory);
   const std::vector<RunRecord> runs = std::move(core).run_records();
   if (const std::string failures = write_results(directory, runs); !failures.empty()) {
     throw std::runtime_error(failures);
@@ -285,6 +305,8 @@ bool replay(const ReplayOptions& options) {
     show_rollout(files, options.shown, options.worker_program, options.output_file);
   } else if (!options.start.empty()) {
     write_start_policy(files, options.start, options.output_file);
+  } else if (!options.without_workers.empty()) {
+    fold_without_workers(files, options.without_workers, options.new_state_dir);
   } else if (!options.results_dir.empty()) {
     write_results_so_far(files, options.results_dir);
   } else {

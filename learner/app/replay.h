@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "learner/web/page_options.h"
 #include "learner/worker_program/worker_program.h"
@@ -20,7 +21,9 @@ struct ReplayOptions {
   WorkerProgram worker_program = {};  ///< that simulates it once more
   std::string start;                  ///< condition whose start policy is asked for, or empty
   std::filesystem::path results_dir;  ///< for result files, or empty
-  std::filesystem::path output_file;  ///< of what is asked for; empty: standard output
+  std::vector<std::string> without_workers = {};  ///< ids, or "suspects": fold again without these
+  std::filesystem::path new_state_dir = {};       ///< with them: where to
+  std::filesystem::path output_file;              ///< of what is asked for; empty: standard output
 };
 
 /// Reads a journal, also one that a learner is writing, and changes nothing.
@@ -28,8 +31,8 @@ struct ReplayOptions {
 /// every perturbation and every update from the study and the rewards, checks each record and their
 /// chain, each study it was extended from, and compares the result files that lie beside it.
 /// The start policies are those that the study holds; refit: they are fitted again and compared.
-/// The others: export_rollouts.h, export_messages.h, replayed_policy.h; results_dir: the result
-/// files, of what there is.
+/// without_workers: without_workers.h. The others: export_rollouts.h, export_messages.h,
+/// replayed_policy.h; results_dir: the result files, of what there is.
 /// @return  whether all is as it should be; what is not was said on standard error
 /// Throws StudyError and ConfigError for bad input, std::runtime_error for what cannot be read or
 /// written.

@@ -69,9 +69,28 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
           .excludes(start)
           .excludes(shown)
           .excludes(http);
+  const Option without =
+      line.add("--without-worker", options.without_workers,
+               "Fold the study again without the results of this worker (repeatable), or of all "
+               "\"suspects\", those that others have outvoted (study.recheck)")
+          .one_value_each_time()
+          .excludes(verify)
+          .excludes(format)
+          .excludes(rollout)
+          .excludes(start)
+          .excludes(shown)
+          .excludes(http)
+          .excludes(results);
+  const Option state_dir =
+      line.add("--state-dir", options.new_state_dir,
+               "With --without-worker: new directory for the study without them; a learner goes on "
+               "there (--resume)")
+          .needs(without);
+  without.needs(state_dir);
   line.add("--output", options.output_file, "File of what is asked for, not standard output")
       .excludes(verify)
       .excludes(results)
+      .excludes(without)
       .excludes(http);
 }
 
@@ -95,7 +114,10 @@ int replay_main(int argc, char** argv) {
                      "make every draw and update again and compare"},
                     {"treeroll-replay treeroll-runs/swing_up --http 8080", "its page"},
                     {"treeroll-replay treeroll-runs/swing_up --export lcm --output played.lcmlog",
-                     "as messages, for lcm-logplayer"}},
+                     "as messages, for lcm-logplayer"},
+                    {"treeroll-replay treeroll-runs/swing_up --without-worker suspects --state-dir "
+                     "treeroll-runs/sound",
+                     "the study without the results of workers that others contradict"}},
        .options = [&](CommandLine& line) { describe_replay(line, options); },
        .work = [&] { return work(options); }});
 }

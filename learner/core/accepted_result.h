@@ -20,4 +20,11 @@ struct AcceptedResult {
   bool operator==(const AcceptedResult&) const = default;
 };
 
+/// What one more worker has answered to the question of an accepted result (study.recheck). Nothing
+/// is learnt from it: it tells whether the two can both be right.
+struct SecondAnswer {
+  AcceptedResult result;
+  bool operator==(const SecondAnswer&) const = default;
+};
+
 }  // namespace treeroll

@@ -7,9 +7,11 @@ namespace treeroll::learner {
 void carry_out(const Effects& effects, EffectHandler& handler) {
   for (const Effect& effect : effects) {
     const auto* result = std::get_if<AppendResult>(&effect);
+    const auto* second = std::get_if<AppendSecond>(&effect);
     const auto* worker = std::get_if<AppendWorker>(&effect);
     const auto* time = std::get_if<AppendTime>(&effect);
     if (result) handler.append(result->result);
+    if (second) handler.append(second->answer);
     if (worker) handler.append(worker->worker);
     if (time) handler.append(time->time);
   }

@@ -29,6 +29,12 @@ ContentHash DefinitionBook::add(protocol::DefinitionKind kind, const std::string
   return id;
 }
 
+void DefinitionBook::keep(const DefinitionName& name) {
+  const auto found = definitions_.find(name);
+  CHECK(found != definitions_.end(), "only a definition that has users can be kept");
+  ++found->second.num_users;
+}
+
 void DefinitionBook::release(const DefinitionName& name) {
   const auto found = definitions_.find(name);
   CHECK(found != definitions_.end(), "a definition was released more often than added");

@@ -19,6 +19,8 @@ class DefinitionBook {
  public:
   /// One user more of this content. @return its id
   ContentHash add(protocol::DefinitionKind kind, const std::string& content);
+  /// One user more of one that is in the book. Precondition: it is.
+  void keep(const protocol::DefinitionName& name);
   /// One user less; the last one takes the definition out. Precondition: has this user.
   void release(const protocol::DefinitionName& name);
 

@@ -56,10 +56,10 @@ class Candidates {
 
   /// Precondition: !empty(). Null if all have refused a definition.
   Seat* least_loaded(const Question& question) const {
-    if (knows(*heap_.front().seat, question)) return heap_.front().seat;
+    if (may_have(*heap_.front().seat, question)) return heap_.front().seat;
     const Candidate* least = nullptr;
     for (const Candidate& candidate : heap_) {
-      if (is_stale(candidate) || !knows(*candidate.seat, question)) continue;
+      if (is_stale(candidate) || !may_have(*candidate.seat, question)) continue;
       if (!least || Later{}(*least, candidate)) least = &candidate;
     }
     return least ? least->seat : nullptr;
@@ -72,7 +72,7 @@ class Candidates {
         [](const Seat& seat, protocol::WorkerId wanted) { return seat.worker->id < wanted; });
     if (found == seats_.end() || found->worker->id != id) return nullptr;
     if (!found->worker->is_first_choice()) return nullptr;
-    return room(*found) > 0 && knows(*found, question) ? &*found : nullptr;
+    return room(*found) > 0 && may_have(*found, question) ? &*found : nullptr;
   }
 
   void give(Seat& seat) {
@@ -93,8 +93,8 @@ class Candidates {
     }
   };
 
-  static bool knows(const Seat& seat, const Question& question) {
-    return seat.worker->knows(question.task_id, question.policy_id);
+  static bool may_have(const Seat& seat, const Question& question) {
+    return seat.worker->may_have(question);
   }
   int room(const Seat& seat) const {
     const WorkerEntry& worker = *seat.worker;
@@ -159,7 +159,9 @@ std::vector<Ledger::Assignment> assign(const Ledger& ledger, WorkerTable& worker
   for (std::size_t place = 0; place < ledger.ready().size() && !candidates.empty(); ++place) {
     const protocol::RolloutKey key = ledger.ready()[place];
     const Ledger::Entry& entry = *ledger.find(key);
-    if (!facts.tasks->contains(entry.question.task_id)) continue;
+    const auto task = facts.tasks->find(entry.question.task_id);
+    if (task == facts.tasks->end()) continue;
+    if (entry.question.is_run_again() && !may_run_again(task->second)) continue;
 
     Seat* seat = candidates.seat_with_room(entry.last_worker, entry.question);
     if (!seat) seat = candidates.least_loaded(entry.question);

@@ -20,6 +20,11 @@ struct DispatchFacts {
   const std::map<ContentHash, double>* task_times_s = nullptr;
 };
 
+/// Whether a second answer tells anything, and asking for it does no harm.
+inline bool may_run_again(const TaskDescription& task) {
+  return task.deterministic && task.repeatable;
+}
+
 /// How many roll-outs may be at a worker at once: enough that no evaluator waits for the network,
 /// no more than its receive buffer holds.
 int window(const WorkerEntry& worker, double rollout_time_s);

@@ -106,7 +106,7 @@ std::vector<Hedge> hedges(const Ledger& ledger, WorkerTable& workers, const Disp
     const Ledger::Entry& entry = *ledger.find(one.key);
     const auto free = std::find_if(idle.begin(), idle.end(), [&](const Idle& each) {
       return each.num_evaluators > 0 && !entry.lease_of(each.worker->id) &&
-             each.worker->knows(entry.question.task_id, entry.question.policy_id);
+             each.worker->may_have(entry.question);
     });
     if (free == idle.end()) continue;
     // An evaluator that takes for ever may be the first of many there.

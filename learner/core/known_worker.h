@@ -16,4 +16,12 @@ struct KnownWorker {
   bool operator==(const KnownWorker&) const = default;
 };
 
+/// Whether two have one vote as to what is right: processes of one host, and names of one key. Only
+/// what the journal holds counts, so a fold counts alike. Without keys names begin at random; names
+/// that begin with nothing are of no key.
+inline bool are_one_witness(const KnownWorker& a, const KnownWorker& b) {
+  const std::int64_t key = a.worker_id >> protocol::kOwnNameBits;
+  return a.host == b.host || (key != 0 && key == b.worker_id >> protocol::kOwnNameBits);
+}
+
 }  // namespace treeroll

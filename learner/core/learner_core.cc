@@ -30,12 +30,16 @@ LearnerSettings with_class(LearnerSettings settings, const std::string& numeric_
   return settings;
 }
 
-bool answers(const ResultRecovered& event, const Question& question) {
+/// @param run_then  the number that its run had; nothing: as now
+bool answers(const AcceptedResult& result, std::optional<std::int32_t> run_then,
+             const Question& question) {
   const std::int64_t asked =
-      event.run_then ? content_under(question, {*event.run_then, event.result.key.number})
-                     : question.content;
-  return asked == event.result.content;
+      run_then ? content_under(question, {*run_then, result.key.number}) : question.content;
+  return asked == result.content;
 }
+
+/// Nothing has come for so long: what was to be run again stays without an answer.
+constexpr Duration kSecondAnswerPatience = std::chrono::seconds(10);
 
 }  // namespace
 
@@ -63,7 +67,11 @@ LearnerCore::LearnerCore(Study study, LearnerSettings settings)
 void LearnerCore::step(TimePoint now, const Event& event, Effects& effects) {
   const bool last_words =
       std::holds_alternative<SyncBegun>(event) || std::holds_alternative<JournalSynced>(event);
-  if (outcome_ != Outcome::kRunning && !last_words) return;
+  // A journal goes on behind the last result: what was run again was answered yet.
+  const bool is_behind_the_end =
+      outcome_ == Outcome::kDone && (std::holds_alternative<SecondRecovered>(event) ||
+                                     std::holds_alternative<WorkerRecovered>(event));
+  if (outcome_ != Outcome::kRunning && !last_words && !is_behind_the_end) return;
   const Turn turn{now, effects, log_limiter_};
   std::visit([&](const auto& what) { on(turn, what); }, event);
   if (outcome_ != Outcome::kRunning) turn.log_rest();
@@ -88,11 +96,13 @@ void LearnerCore::on(const Turn& turn, const Started&) {
 void LearnerCore::on(const Turn& turn, const ResultRecovered& event) {
   const AcceptedResult& result = event.result;
   const Ledger::Entry* open = ledger().find(result.key);
-  if (!open || !answers(event, open->question)) {
+  if (!asks(event)) {
     if (event.may_be_superseded) return;
     return fail(fmt::format("the journal answers run {} roll-out {}, which this study {}",
                             result.key.run, result.key.number,
-                            open ? "draws with other numbers" : "does not ask for at this place"));
+                            open && !open->question.is_run_again()
+                                ? "draws with other numbers"
+                                : "does not ask for at this place"));
   }
   const TaskDescription* facts = workforce_.facts_of(open->question.task_id);
   if (facts && result.outcome.is_ok() && !facts->is_in_range(result.outcome.reward())) {
@@ -101,8 +111,31 @@ void LearnerCore::on(const Turn& turn, const ResultRecovered& event) {
         result.key.run, result.key.number, result.outcome.reward(), facts->reward_min,
         facts->reward_max));
   }
-  workforce_.withdraw(result.key);
-  take(turn, result, workforce_.class_of(result));
+  workforce_.recover(turn, result);
+}
+
+bool LearnerCore::asks(const ResultRecovered& event) const {
+  const Ledger::Entry* open = ledger().find(event.result.key);
+  return open && !open->question.is_run_again() &&
+         answers(event.result, event.run_then, open->question);
+}
+
+bool LearnerCore::asks(const SecondRecovered& event) const {
+  const AcceptedResult& result = event.answer.result;
+  const Ledger::Entry* open = ledger().find(result.key);
+  return open && open->question.is_run_again() && answers(result, event.run_then, open->question) &&
+         !open->question.was_answered_by(result.worker_id);
+}
+
+/// Of what is waited for no more nothing is left to compare with: that it has an answer must do.
+void LearnerCore::on(const Turn&, const SecondRecovered& event) {
+  if (asks(event)) return workforce_.recover(event.answer);
+  const protocol::RolloutKey key = event.answer.result.key;
+  const Ledger::Entry* open = ledger().find(key);
+  const bool is_given_up = !open && task_of(key) && answer_of(key);
+  if (is_given_up || event.may_be_superseded) return;
+  fail(fmt::format("the journal answers run {} roll-out {} once more, which this study {}", key.run,
+                   key.number, open ? "asks otherwise" : "does not run again at this place"));
 }
 
 void LearnerCore::on(const Turn&, const WorkerRecovered& event) {
@@ -112,6 +145,7 @@ void LearnerCore::on(const Turn&, const WorkerRecovered& event) {
 void LearnerCore::on(const Turn& turn, const MessageReceived& event) {
   workforce_.receive(turn, event.message);
   if (workforce_.has_grown()) next_status_ = std::min(next_status_, turn.now + kGrowthPause);
+  finish_if_learnt(turn);
   finish_if_stopped(turn);
 }
 
@@ -135,6 +169,7 @@ void LearnerCore::on(const Turn& turn, const TimerFired&) {
     publish_news(turn, kNewsBytes);
     next_news_ = turn.now + kNewsPeriod;
   }
+  finish_if_learnt(turn);
   finish_if_stopped(turn);
   workforce_.dispatch(turn);
 }
@@ -149,6 +184,7 @@ void LearnerCore::on(const Turn& turn, const JournalSynced&) {
 void LearnerCore::on(const Turn& turn, const StopRequested&) {
   stop_at_ = turn.now + kStopGrace;
   workforce_.give_out_no_more();
+  finish_if_learnt(turn);  // perhaps only second answers were waited for
   finish_if_stopped(turn);
 }
 
@@ -170,6 +206,17 @@ void LearnerCore::finish_if_stopped(const Turn& turn) {
   end(Outcome::kStopped);
 }
 
+/// What is run again is waited for, while somebody may answer it: nothing follows from it but a
+/// word on who is to be believed.
+void LearnerCore::finish_if_learnt(const Turn& turn) {
+  if (!is_learnt() || outcome_ != Outcome::kRunning) return;
+  const Duration patience = std::max(kSecondAnswerPatience, workforce_.patience());
+  const bool is_waited_for = !stop_at_ && turn.now < workforce_.last_progress() + patience;
+  if (is_waited_for && workforce_.awaits_second_answers(turn.now)) return;
+  publish_last_words(turn);
+  end(Outcome::kDone);
+}
+
 std::optional<ContentHash> LearnerCore::task_of(protocol::RolloutKey key) const {
   if (key.run < 0 || key.run >= static_cast<int>(runs_.size())) return std::nullopt;
   return task_ids_[runs_[key.run].condition()];
@@ -177,6 +224,10 @@ std::optional<ContentHash> LearnerCore::task_of(protocol::RolloutKey key) const 
 
 std::optional<Answer> LearnerCore::answer_of(protocol::RolloutKey key) const {
   return runs_[key.run].answer_of(key.number);
+}
+
+bool LearnerCore::is_rechecked(protocol::RolloutKey key) const {
+  return learner::is_rechecked(study_, runs_[key.run].repetition(), key.number);
 }
 
 void LearnerCore::take(const Turn& turn, const AcceptedResult& result, int numeric_class) {
@@ -266,7 +317,8 @@ void LearnerCore::finish_run(const Turn& turn, Run& run) {
   policy_ids_[run.index()].clear();
   ++num_done_;
   say_if_start_is_not_beaten(turn, run);
-  if (num_done_ < static_cast<int>(runs_.size())) return;
+  // Of a journal nothing is run again; what it holds of that follows.
+  if (!is_learnt() || (at_work_since_ && study_.recheck > 0)) return;
   publish_last_words(turn);
   end(Outcome::kDone);
 }

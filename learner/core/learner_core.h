@@ -50,6 +50,11 @@ class LearnerCore : private Client {
   Outcome outcome() const { return outcome_; }
   const std::string& failure() const { return failure_; }
 
+  /// Whether this result answers what is asked now, for the first time.
+  bool asks(const ResultRecovered& event) const;
+  /// Whether this one answers what is run again now, and its worker has not answered before.
+  bool asks(const SecondRecovered& event) const;
+
   const Study& study() const { return study_; }
   LedgerCounters counters() const;
   /// What watchers are told once a second.
@@ -75,6 +80,7 @@ class LearnerCore : private Client {
   // learner_core.cc: what happens.
   void on(const Turn& turn, const Started& event);
   void on(const Turn& turn, const ResultRecovered& event);
+  void on(const Turn& turn, const SecondRecovered& event);
   void on(const Turn& turn, const WorkerRecovered& event);
   void on(const Turn& turn, const MessageReceived& event);
   void on(const Turn& turn, const InboxDrained& event);
@@ -85,9 +91,12 @@ class LearnerCore : private Client {
   void end(Outcome outcome);
   void fail(std::string why);
   void finish_if_stopped(const Turn& turn);
+  void finish_if_learnt(const Turn& turn);
+  bool is_learnt() const { return num_done_ == static_cast<int>(runs_.size()); }
 
   std::optional<ContentHash> task_of(protocol::RolloutKey key) const override;
   std::optional<Answer> answer_of(protocol::RolloutKey key) const override;
+  bool is_rechecked(protocol::RolloutKey key) const override;
   void take(const Turn& turn, const AcceptedResult& result, int numeric_class) override;
   std::optional<std::string> take_facts(const Turn& turn, const ContentHash& task_id,
                                         const TaskDescription& facts) override;

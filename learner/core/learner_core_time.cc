@@ -8,7 +8,7 @@ namespace treeroll::learner {
 
 /// When the time is up, if nothing happens before.
 std::optional<TimePoint> LearnerCore::time_end() const {
-  if (!study_.stop_after || time_is_up_ || !at_work_since_) return std::nullopt;
+  if (!study_.stop_after || time_is_up_ || !at_work_since_ || is_learnt()) return std::nullopt;
   return *at_work_since_ + (*study_.stop_after - learnt_before_);
 }
 

@@ -27,6 +27,12 @@ struct ResultRecovered {
   /// An evaluation of a study that has been extended since: it counts only if it is asked for now.
   bool may_be_superseded = false;
 };
+/// One more answer to the question of such a result, that an earlier incarnation has compared.
+struct SecondRecovered {
+  SecondAnswer answer;
+  std::optional<std::int32_t> run_then = std::nullopt;  ///< as ResultRecovered has it
+  bool may_be_superseded = false;
+};
 /// A worker whose results follow, as an earlier incarnation noted it.
 struct WorkerRecovered {
   KnownWorker worker;
@@ -52,14 +58,17 @@ struct JournalSynced {};
 /// No more roll-outs; the outcome follows once those under way are in.
 struct StopRequested {};
 
-using Event = std::variant<Started, ResultRecovered, WorkerRecovered, TimeRecovered,
-                           RecoveryFinished, MessageReceived, InboxDrained, TimerFired, SyncBegun,
-                           JournalSynced, StopRequested>;
+using Event = std::variant<Started, ResultRecovered, SecondRecovered, WorkerRecovered,
+                           TimeRecovered, RecoveryFinished, MessageReceived, InboxDrained,
+                           TimerFired, SyncBegun, JournalSynced, StopRequested>;
 
 // Effects, to be carried out by carry_out(), which knows their order.
 
 struct AppendResult {
   AcceptedResult result;
+};
+struct AppendSecond {
+  SecondAnswer answer;
 };
 /// Before the first result of this worker.
 struct AppendWorker {
@@ -72,7 +81,8 @@ struct SendMessage {
   protocol::Message message;
 };
 
-using Effect = std::variant<AppendResult, AppendWorker, AppendTime, SendMessage, LogLine>;
+using Effect =
+    std::variant<AppendResult, AppendSecond, AppendWorker, AppendTime, SendMessage, LogLine>;
 using Effects = std::vector<Effect>;
 
 using Turn = treeroll::Turn<Effect>;

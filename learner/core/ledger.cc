@@ -43,14 +43,19 @@ std::int64_t content_under(const Question& question, RolloutKey key) {
   return asked.content;
 }
 
-void Ledger::draw(RolloutKey key, Question question) {
-  const bool is_first_trial = question.discarded.empty();
+bool Question::was_answered_by(protocol::WorkerId worker) const {
+  return std::find(answered_by.begin(), answered_by.end(), worker) != answered_by.end();
+}
+
+void Ledger::draw(RolloutKey key, Question question, std::vector<protocol::WorkerId> asked) {
+  const bool is_new_rollout = question.discarded.empty() && !question.is_run_again();
   Entry entry;
+  entry.asked = std::move(asked);
   entry.question = std::move(question);
   const bool is_new = entries_.emplace(key, std::move(entry)).second;
   CHECK(is_new, "a roll-out was drawn twice");
   ready_.push_back(key);
-  if (key.number >= 0 && is_first_trial) ++counters.issued;
+  if (key.number >= 0 && is_new_rollout) ++counters.issued;
 }
 
 /// Of a worker that has something, perhaps for the last time.

@@ -27,6 +27,11 @@ struct Question {
   Eigen::VectorXd theta;
   /// Contents of its earlier trials, whose seeds were others: discarded, each.
   std::vector<std::int64_t> discarded;
+  /// Who has answered it. Not empty: it has its result, and one more worker is to answer it.
+  std::vector<protocol::WorkerId> answered_by = {};
+
+  bool is_run_again() const { return !answered_by.empty(); }
+  bool was_answered_by(protocol::WorkerId worker) const;
 };
 
 /// Sets `content`.
@@ -61,8 +66,11 @@ class Ledger {
     bool was_asked(protocol::WorkerId worker) const;
   };
 
-  /// A roll-out has been drawn, or is to be tried again. Precondition: its key is not open.
-  void draw(protocol::RolloutKey key, Question question);
+  /// A roll-out has been drawn, or is to be tried again, or run again by one more worker.
+  /// Precondition: its key is not open.
+  /// @param asked  who has had a lease of it, and may answer it
+  void draw(protocol::RolloutKey key, Question question,
+            std::vector<protocol::WorkerId> asked = {});
 
   /// Oldest first, re-issued ones before all others.
   const std::deque<protocol::RolloutKey>& ready() const { return ready_; }

@@ -15,7 +15,9 @@ inline constexpr const char* kOneClass = "one";  ///< that of the first result
 /// The numeric classes of the workers whose results a learner has accepted, and which it takes
 /// results of. Workers of one class give the same bits for the same roll-out; those of two may not.
 /// "" is the class of a worker that has not named one: no demand allows it, and nothing counts in
-/// it.
+/// it. Workers of version 0.2.0 and before did not tell ODE's bits (" ode 1f2e3d4c" at the end of
+/// the name): where such a class is demanded, those that tell them and are else of it are allowed;
+/// of "one" the first of these decides from then on.
 class NumericClasses {
  public:
   /// @param demand  kAnyClass, kOneClass or the name of a class

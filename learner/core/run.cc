@@ -39,6 +39,13 @@ std::int64_t task_seed(const Study& study, int repetition, int number, int trial
   return static_cast<std::int64_t>(stream.next_bits());
 }
 
+bool is_rechecked(const Study& study, int repetition, int number) {
+  if (study.recheck <= 0) return false;
+  RandomStream stream(study.seed, static_cast<std::uint32_t>(repetition),
+                      static_cast<std::uint32_t>(number), RandomPurpose::kRecheck);
+  return stream.next_uniform() < study.recheck;
+}
+
 Run::Run(const Study& study, int run) : Run(study, run, first_start(study, run)) {}
 
 Run::Run(const Study& study, int run, explore::LayerStart first)

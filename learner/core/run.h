@@ -19,6 +19,10 @@ namespace treeroll::learner {
 /// @param trial  0, then one more for each that was discarded
 std::int64_t task_seed(const Study& study, int repetition, int number, int trial);
 
+/// Whether a roll-out, or an evaluation, is of the share that is run again on another worker: by
+/// the study's seed alone. Conditions share it.
+bool is_rechecked(const Study& study, int repetition, int number);
+
 /// One run of a study: its search, the order in which results reach it, and its record.
 /// Roll-outs 0 .. N-1 are the budget. Outside of it the start policy is evaluated once, and the
 /// final mean policy study.final_evaluations times, once the budget is spent.

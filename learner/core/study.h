@@ -37,6 +37,8 @@ struct Study {
   /// Of the workers it takes results from: a name, or "any", or "one", that of the first result.
   std::string numeric_class = "any";
   int final_evaluations = 1;  ///< of each run's final mean policy, each with a seed of its own
+  /// Share of roll-outs that are run again on another worker, to compare the answers.
+  double recheck = 0;
   /// Trials of one roll-out that its task may discard; one more ends the run.
   int discards_max = 10;
   std::vector<Condition> conditions;

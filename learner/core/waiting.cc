@@ -41,8 +41,8 @@ std::string why_waiting(const Study& study, const std::vector<ContentHash>& task
   }
   if (usable == 0) {
     return fmt::format(
-        "none of the {} workers takes roll-outs: they start, drain, are distrusted or refuse too "
-        "much",
+        "none of the {} workers takes roll-outs: they start, drain, are distrusted, were outvoted "
+        "(study.recheck) or refuse too much",
         workers.size());
   }
   for (std::size_t c = 0; c < task_ids.size(); ++c) {

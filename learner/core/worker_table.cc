@@ -19,6 +19,14 @@ WorkerRecord record_of(const WorkerEntry& worker, TimePoint start) {
   return record;
 }
 
+/// A worker that has answered nothing for so long makes room for another one, one in each pause: of
+/// more workers than there may be none is to push out the next for ever.
+constexpr Duration kAnswerDue = std::chrono::seconds(60);
+constexpr Duration kPutOutPause = std::chrono::milliseconds(100);
+
+/// Where there are keys, workers of one have names that begin alike.
+std::int64_t key_of(protocol::WorkerId id) { return id >> protocol::kOwnNameBits; }
+
 }  // namespace
 
 std::string describe(const WorkerEntry& worker) {
@@ -28,8 +36,11 @@ std::string describe(const WorkerEntry& worker) {
 WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
   auto found = workers_.find(id);
   if (found == workers_.end()) {
-    put_out_a_stranger();
-    if (is_full()) return nullptr;
+    put_out_a_stranger(now);
+    const auto of_key = num_of_key_.find(key_of(id));
+    const bool has_too_many =
+        has_keys_ && of_key != num_of_key_.end() && of_key->second >= protocol::kWorkersOfOneKeyMax;
+    if (is_full() || has_too_many) return nullptr;
     WorkerEntry entry;
     entry.id = id;
     entry.first_heard = now;
@@ -48,10 +59,12 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
       entry.distrusted = left->second.distrusted;
       entry.trusted_again = left->second.trusted_again;
       entry.num_distrusts = left->second.num_distrusts;
+      entry.set_aside = left->second.set_aside;
       entry.asked = left->second.asked;
       left_.erase(left);
     }
     newcomers_.push_back(id);
+    ++num_of_key_[key_of(id)];
     found = workers_.emplace(id, std::move(entry)).first;
     found->second.alive_for = heartbeats_.alive;
     const TimePoint silence = now + heartbeats_.silence;
@@ -62,19 +75,47 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
 }
 
 /// Thousands of names cost nothing to make up, and would keep all workers out. So one that has not
-/// answered a greeting makes room, the first heard first: who is a worker answers at once.
-void WorkerTable::put_out_a_stranger() {
-  const auto is_stranger = [this](protocol::WorkerId id) {
+/// answered a greeting makes room, the first heard first: who is a worker answers at once. Then,
+/// now and then, one that has answered nothing else for long: greetings can be heard by all. A
+/// worker that is put out comes back with its next word.
+void WorkerTable::put_out_a_stranger(TimePoint now) {
+  const auto entry_of = [this](protocol::WorkerId id) -> const WorkerEntry* {
     const auto found = workers_.find(id);
-    return found != workers_.end() && !found->second.has_shown_itself();
+    return found == workers_.end() || found->second.num_accepted > 0 ? nullptr : &found->second;
   };
   while (is_full() && !newcomers_.empty()) {
     const protocol::WorkerId id = newcomers_.front();
     newcomers_.pop_front();
-    if (is_stranger(id)) workers_.erase(id);
+    const WorkerEntry* entry = entry_of(id);
+    if (entry == nullptr) continue;
+    entry->has_answered_a_greeting() ? greeted_.push_back(id) : put_out(id);
   }
-  if (newcomers_.size() < 2 * protocol::kWorkersMax) return;
-  std::erase_if(newcomers_, [&](protocol::WorkerId id) { return !is_stranger(id); });
+  while (is_full() && !greeted_.empty() && now >= next_put_out_) {
+    const WorkerEntry* entry = entry_of(greeted_.front());
+    if (entry != nullptr && now < entry->first_heard + kAnswerDue) break;  // the others are younger
+    if (entry != nullptr) {
+      put_out(greeted_.front());
+      next_put_out_ = now + kPutOutPause;
+    }
+    greeted_.pop_front();
+  }
+  for (std::deque<protocol::WorkerId>* row : {&newcomers_, &greeted_}) {
+    if (row->size() < 2 * protocol::kWorkersMax) continue;
+    std::erase_if(*row, [&](protocol::WorkerId id) { return entry_of(id) == nullptr; });
+  }
+}
+
+void WorkerTable::put_out(protocol::WorkerId id) {
+  put_out_.push_back(id);
+  forget(workers_.find(id));
+}
+
+/// @return  the one behind it
+std::map<protocol::WorkerId, WorkerEntry>::iterator WorkerTable::forget(
+    std::map<protocol::WorkerId, WorkerEntry>::iterator worker) {
+  const auto of_key = num_of_key_.find(key_of(worker->first));
+  if (--of_key->second == 0) num_of_key_.erase(of_key);
+  return workers_.erase(worker);
 }
 
 WorkerEntry* WorkerTable::find(protocol::WorkerId id) {
@@ -109,7 +150,8 @@ std::vector<WorkerEntry> WorkerTable::remove_silent(TimePoint now) {
     worker->second.joined = false;
     make_room_among_those_that_left();
     worker->second.refused.clear();
-    left_.insert(workers_.extract(worker++));
+    left_.insert_or_assign(worker->first, std::move(worker->second));
+    worker = forget(worker);
   }
   return silent;
 }

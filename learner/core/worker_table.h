@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/base/content_hash.h"
@@ -14,6 +15,7 @@
 #include "common/protocol/messages.h"
 #include "common/protocol/timings.h"
 #include "learner/core/hearing.h"
+#include "learner/core/ledger.h"
 #include "learner/core/requests_sent.h"
 #include "learner/core/results_read.h"
 #include "learner/core/run_record.h"
@@ -39,6 +41,7 @@ struct WorkerEntry {
     protocol::RolloutKey key;
   };
   std::optional<Suspicion> suspicion;
+  bool set_aside = false;    ///< others have outvoted it: it gets nothing of this study
   bool asked = false;        ///< has been leased something, ever
   bool other_class = false;  ///< than the one that the study demands
   bool is_known = false;     ///< has a key, so it has what it says
@@ -67,20 +70,24 @@ struct WorkerEntry {
   bool knows(const ContentHash& task, const ContentHash& policy) const {
     return !refused.contains(task) && !refused.contains(policy);
   }
+  /// And has not answered it already.
+  bool may_have(const Question& question) const {
+    return knows(question.task_id, question.policy_id) && !question.was_answered_by(id);
+  }
   /// One that refuses so much is asked for nothing until it has been forgotten what it refused.
   bool refuses_too_much() const { return refused.size() >= protocol::kRefusalsPerWorkerMax; }
   bool usable() const {
-    return num_evaluators > 0 && !draining && !distrusted && !other_class && !refuses_too_much() &&
-           hearing.hears();
+    return num_evaluators > 0 && !draining && !distrusted && !set_aside && !other_class &&
+           !refuses_too_much() && hearing.hears();
   }
   /// Nothing speaks against it: others of whom that is true are no better.
   bool is_first_choice() const { return hearing.is_first_choice() && !late; }
   bool is_alive(TimePoint now) const { return now < last_heard + alive_for; }
-  /// It has answered a greeting, or been of use: its name is not just made up.
-  bool has_shown_itself() const { return joined || asked || num_accepted > 0; }
+  /// It has answered a greeting. Greetings can be heard by all, and so answered in made-up names.
+  bool has_answered_a_greeting() const { return joined || asked || num_accepted > 0; }
   /// As many as it has shown that it has, by its answers; else anybody could say that he has all.
+  /// With keys too: who holds a worker's key has names without number.
   int evaluators_shown() const {
-    if (is_known) return num_evaluators;
     const std::int64_t shown = protocol::kEvaluatorsUnshownMax * (num_accepted + 1);
     return static_cast<int>(std::min<std::int64_t>(num_evaluators, shown));
   }
@@ -92,9 +99,15 @@ std::string describe(const WorkerEntry& worker);
 /// Every worker heard of lately, by id.
 class WorkerTable {
  public:
-  /// The entry of a worker that was heard just now; made if new. Null when kWorkersMax are there:
-  /// it is refused until one of them leaves.
+  /// @param has_keys  names of one key begin alike, and only who has it can take them
+  explicit WorkerTable(bool has_keys = false) : has_keys_(has_keys) {}
+
+  /// The entry of a worker that was heard just now; made if new. Null when kWorkersMax are there
+  /// that have answered something, or kWorkersOfOneKeyMax whose names begin as its: it is refused
+  /// until one of them leaves.
   WorkerEntry* hear(protocol::WorkerId id, TimePoint now);
+  /// Who has made room since the last call: it may have leases.
+  std::vector<protocol::WorkerId> take_put_out() { return std::exchange(put_out_, {}); }
   WorkerEntry* find(protocol::WorkerId id);
 
   /// They are told that they are so many: their heartbeats stretch accordingly, and what their
@@ -122,13 +135,21 @@ class WorkerTable {
   std::vector<WorkerRecord> records(TimePoint start) const;
 
  private:
-  void put_out_a_stranger();
+  void put_out_a_stranger(TimePoint now);
+  void put_out(protocol::WorkerId id);
+  std::map<protocol::WorkerId, WorkerEntry>::iterator forget(
+      std::map<protocol::WorkerId, WorkerEntry>::iterator worker);
   void make_room_among_those_that_left();
 
+  bool has_keys_;
   /// Not after the first silence to come. Hearing of a worker puts its silence off but leaves this
   /// as it is, so that no message costs a walk over all workers.
   std::optional<TimePoint> look_at_;
   std::deque<protocol::WorkerId> newcomers_;  ///< in the order in which they were first heard
+  std::deque<protocol::WorkerId> greeted_;    ///< of these, who has answered a greeting
+  std::vector<protocol::WorkerId> put_out_;
+  TimePoint next_put_out_;                  ///< of one that has answered a greeting
+  std::map<std::int64_t, int> num_of_key_;  ///< of those present, by the beginning of their names
   int num_told_ = 0;
   protocol::Heartbeats heartbeats_;
   std::map<protocol::WorkerId, WorkerEntry> workers_;

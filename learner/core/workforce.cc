@@ -24,7 +24,10 @@ constexpr int kFewWorkers = 64;
 }  // namespace
 
 Workforce::Workforce(LearnerSettings settings, Client& client)
-    : settings_(std::move(settings)), client_(client), classes_(settings_.numeric_class) {}
+    : settings_(std::move(settings)),
+      client_(client),
+      workers_(settings_.is_authenticated),
+      classes_(settings_.numeric_class) {}
 
 void Workforce::start(const Turn& turn) {
   last_progress_ = turn.now;
@@ -184,7 +187,15 @@ Ledger::Entry Workforce::close(protocol::RolloutKey key, protocol::WorkerId from
 /// The entry of a worker that has said something; null if there is room for no more workers.
 WorkerEntry* Workforce::hear(const Turn& turn, protocol::WorkerId id) {
   WorkerEntry* worker = workers_.hear(id, turn.now);
-  if (worker != nullptr) worker->is_known = settings_.is_authenticated;
+  for (const protocol::WorkerId out : workers_.take_put_out()) {
+    ledger_.take_back_all(out);
+    forget_descriptions_of(out);
+  }
+  if (worker != nullptr) {
+    worker->is_known = settings_.is_authenticated;
+    // By an earlier incarnation of ours too. Without keys anybody speaks in anybody's name.
+    worker->set_aside = worker->is_known && rechecks_.is_outvoted(id);
+  }
   if (worker != nullptr && worker->hearing.greeting_due(turn.now)) {
     acknowledge(id, turn.now);  // it has nothing to acknowledge, perhaps: it is a word to it
   }
@@ -192,8 +203,8 @@ WorkerEntry* Workforce::hear(const Turn& turn, protocol::WorkerId id) {
   refuses_workers_ = true;
   turn.warn("workers refused",
             fmt::format("worker {} is refused, and so are others until one leaves: {} workers are "
-                        "the most that are served",
-                        id, protocol::kWorkersMax));
+                        "the most that are served, {} of one key",
+                        id, protocol::kWorkersMax, protocol::kWorkersOfOneKeyMax));
   return nullptr;
 }
 

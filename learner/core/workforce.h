@@ -14,9 +14,13 @@
 #include "learner/core/learner_settings.h"
 #include "learner/core/ledger.h"
 #include "learner/core/numeric_classes.h"
+#include "learner/core/rechecks.h"
 #include "learner/core/worker_table.h"
 
 namespace treeroll::learner {
+
+/// Whom nobody can prove to have lied gets no work for so long.
+inline constexpr Duration kLeftOutLasts = std::chrono::seconds(60);
 
 /// For whom a workforce computes. Called within Workforce::receive().
 class Client {
@@ -27,6 +31,8 @@ class Client {
   virtual std::optional<ContentHash> task_of(protocol::RolloutKey key) const = 0;
   /// The answer it has already taken to this roll-out, if any.
   virtual std::optional<Answer> answer_of(protocol::RolloutKey key) const = 0;
+  /// Whether an answer to this roll-out is to be compared with one of another worker.
+  virtual bool is_rechecked(protocol::RolloutKey key) const = 0;
   /// Takes the answer to an open question, which is closed; may ask the next ones.
   virtual void take(const Turn& turn, const AcceptedResult& result, int numeric_class) = 0;
   /// A worker has described a task, or most of them describe it otherwise now; nothing has been
@@ -78,13 +84,21 @@ class Workforce {
 
   std::optional<TimePoint> next_deadline() const;
 
-  /// Of earlier incarnations: a worker of theirs, and the class of one of its results.
+  /// Of earlier incarnations: a worker of theirs, a result, and one more answer to its question.
+  /// The client takes the result. Precondition of results: the key is open; of answers:
+  /// is_run_again.
   void recover(const KnownWorker& worker);
-  int class_of(const AcceptedResult& recovered);
+  void recover(const Turn& turn, const AcceptedResult& result);
+  void recover(const SecondAnswer& answer);
 
   // What is known.
 
   const NumericClasses& classes() const { return classes_; }
+
+  /// What has come of roll-outs that were run again.
+  const Rechecks& rechecks() const { return rechecks_; }
+  /// Whether one of them has an answer to come: it is out, or somebody may be asked.
+  bool awaits_second_answers(TimePoint now) const;
 
   const Ledger& ledger() const { return ledger_; }
   const WorkerTable& workers() const { return workers_; }
@@ -140,7 +154,8 @@ class Workforce {
                      const TaskDescription& facts);
   void note_timing(TimePoint now, WorkerEntry& worker, const protocol::RolloutResult& result,
                    const Ledger::Entry& entry);
-  bool answers_open_question(const protocol::RolloutResult& result) const;
+  bool answers_open_question(const protocol::RolloutResult& result,
+                             protocol::WorkerId worker) const;
   void note_requests(TimePoint now, WorkerEntry& worker, const protocol::RewardBatch& batch);
   TimePoint lease_end_if_held(TimePoint now, const WorkerEntry& worker) const;
   void confirm(WorkerEntry& worker, protocol::RolloutKey key, TimePoint extended);
@@ -150,11 +165,26 @@ class Workforce {
                       const std::vector<protocol::RolloutKey>& held);
   void reconcile(TimePoint now, WorkerEntry& worker, const protocol::HeldRollouts& held);
   void note_class(const Turn& turn, WorkerEntry& worker);
+  void count_class(const Turn& turn, const WorkerEntry& worker);
+  KnownWorker noted_worker(protocol::WorkerId id) const;
   void compare_with_demand(const Turn& turn, WorkerEntry& worker);
+
+  // workforce_rechecks.cc: what another worker makes of the same.
+  void hand_over(const Turn& turn, Ledger::Entry answered, const AcceptedResult& result,
+                 int numeric_class);
+  void ask_one_more(protocol::RolloutKey key, Ledger::Entry answered, protocol::WorkerId by);
+  Rechecks::News take_second(Ledger::Entry answered, const AcceptedResult& result);
+  void give_up(protocol::RolloutKey key);
+  void tell(const Turn& turn, const Rechecks::News& news, protocol::RolloutKey key);
+  void set_aside(const Turn& turn, const KnownWorker& outvoted, bool is_by_proven,
+                 protocol::RolloutKey key);
+  bool has_proved_itself(protocol::WorkerId id) const;
 
   // workforce_trust.cc: whom to believe where nobody signs.
   bool suspect(const Turn& turn, WorkerEntry& worker, const protocol::RolloutResult& result,
                std::int64_t index, const TaskDescription& facts);
+  Duration distrust(const Turn& turn, WorkerEntry& worker);
+  void leave_out(const Turn& turn, WorkerEntry& worker, Duration lasts);
   void settle_suspicion(const Turn& turn, WorkerEntry& worker, const protocol::HeldRollouts& held);
   void clear_of_suspicion(const Turn& turn, WorkerEntry& worker, const Ledger::Entry& answered,
                           protocol::RolloutKey key);
@@ -183,7 +213,9 @@ class Workforce {
   std::optional<TimePoint> acknowledge_by_;            // in a message of their own, if none comes
   std::optional<TimePoint> describe_at_;               // tasks are published for newcomers
   NumericClasses classes_;
-  std::map<protocol::WorkerId, std::string> recovered_classes_;  // of earlier incarnations' workers
+  std::map<protocol::WorkerId, KnownWorker> noted_;  // as the journal knows them
+  Rechecks rechecks_;
+  bool has_told_of_no_rechecks_ = false;
   std::int64_t last_batch_ = 0;                 // sequence of the last message sent
   double rollout_time_s_ = 0;                   // running mean over all answers
   std::map<ContentHash, double> task_times_s_;  // the same, by task

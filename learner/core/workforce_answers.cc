@@ -26,7 +26,7 @@ void Workforce::on(const Turn& turn, const protocol::RewardBatch& batch) {
     const std::int64_t index = batch.first_index + static_cast<std::int64_t>(num_read);
     // A repetition is looked at only if it answers what is still open: no index, however wrong,
     // can keep an answer out.
-    if (worker->results_read.contains(index) && !answers_open_question(result)) {
+    if (worker->results_read.contains(index) && !answers_open_question(result, worker->id)) {
       if (worker->asked) compare_repeated(turn, *worker, result);
       continue;
     }
@@ -67,7 +67,7 @@ bool Workforce::accept(const Turn& turn, WorkerEntry& worker, const protocol::Ro
   const TaskDescription* facts = task_id ? facts_of(*task_id) : nullptr;
   // Of its class nothing is known before its heartbeat.
   const bool is_excluded = !classes_.allows(worker.numeric_class);
-  if (!facts || worker.distrusted ||
+  if (!facts || worker.distrusted || worker.set_aside ||
       is_excluded) {  // without facts nothing of this run has been issued
     ++ledger_.counters.rejected;
     return true;
@@ -82,23 +82,34 @@ bool Workforce::accept(const Turn& turn, WorkerEntry& worker, const protocol::Ro
     ++(is_repeated ? ledger_.counters.duplicate : ledger_.counters.rejected);
     return true;
   }
+  // It is run again: a word of those who have answered it is a repetition.
+  if (open->question.was_answered_by(worker.id)) {
+    return compare_with_taken(turn, worker, result, *facts);
+  }
   if (!open->was_asked(worker.id)) return note_unasked(turn, worker);
   const Outcome& outcome = result.outcome;
   if (outcome.is_ok() && !facts->is_in_range(outcome.reward()))
     return suspect(turn, worker, result, index, *facts);
 
   note_timing(turn.now, worker, result, *open);
-  const Ledger::Entry entry = close(key, worker.id);
-  if (!entry.lease_of(worker.id)) ++ledger_.counters.late;
+  Ledger::Entry entry = close(key, worker.id);
+  const bool is_second = entry.question.is_run_again();
+  if (!is_second && !entry.lease_of(worker.id)) ++ledger_.counters.late;
   worker.hearing.note_confirmed();
   if (outcome.is_ok()) clear_of_suspicion(turn, worker, entry, key);
   ++worker.num_accepted;
   last_progress_ = turn.now;
   note_class(turn, worker);
   const AcceptedResult accepted{key, result.content, outcome, worker.id, result.duration_ns};
-  turn.effects.emplace_back(AppendResult{accepted});
   ++num_unsynced_;
-  client_.take(turn, accepted, classes_.index(worker.numeric_class));
+  if (is_second) {
+    turn.effects.emplace_back(AppendSecond{{accepted}});
+    tell(turn, take_second(std::move(entry), accepted), key);
+    return true;
+  }
+  count_class(turn, worker);
+  turn.effects.emplace_back(AppendResult{accepted});
+  hand_over(turn, std::move(entry), accepted, classes_.index(worker.numeric_class));
   return true;
 }
 
@@ -160,9 +171,11 @@ void Workforce::note_timing(TimePoint now, WorkerEntry& worker,
   median_s *= answer_s > median_s ? 1 + kTimingWeight : 1 / (1 + kTimingWeight);
 }
 
-bool Workforce::answers_open_question(const protocol::RolloutResult& result) const {
+bool Workforce::answers_open_question(const protocol::RolloutResult& result,
+                                      protocol::WorkerId worker) const {
   const Ledger::Entry* open = ledger_.find(result.key);
-  return open && open->question.content == result.content;
+  return open && open->question.content == result.content &&
+         !open->question.was_answered_by(worker);
 }
 
 TimePoint Workforce::lease_end_if_held(TimePoint now, const WorkerEntry& worker) const {
@@ -242,10 +255,15 @@ void Workforce::note_class(const Turn& turn, WorkerEntry& worker) {
   if (worker.numeric_class.empty()) return;  // not heard of yet
   if (worker.noted_class != worker.numeric_class) {
     worker.noted_class = worker.numeric_class;
-    turn.effects.emplace_back(
-        AppendWorker{{worker.id, worker.numeric_class,
-                      cut_text(worker.host, protocol::kHostNameBytesMax), worker.pid}});
+    KnownWorker& noted = noted_[worker.id];
+    noted = {worker.id, worker.numeric_class, cut_text(worker.host, protocol::kHostNameBytesMax),
+             worker.pid};
+    turn.effects.emplace_back(AppendWorker{noted});
   }
+}
+
+/// Something is learnt from this one: who watches the study's bits hears of a new class.
+void Workforce::count_class(const Turn& turn, const WorkerEntry& worker) {
   if (!classes_.count(worker.numeric_class)) return;
   if (classes_.counts().size() > 1) {
     turn.warn("numeric classes",
@@ -270,15 +288,25 @@ void Workforce::compare_with_demand(const Turn& turn, WorkerEntry& worker) {
   ledger_.take_back_all(worker.id);
 }
 
-void Workforce::recover(const KnownWorker& worker) {
-  recovered_classes_[worker.worker_id] = worker.numeric_class;
+/// As the journal knows it, whatever it has said of itself since: a fold must come to the same.
+KnownWorker Workforce::noted_worker(protocol::WorkerId id) const {
+  const auto noted = noted_.find(id);
+  return noted == noted_.end() ? KnownWorker{id, "", "", 0} : noted->second;
 }
 
-int Workforce::class_of(const AcceptedResult& recovered) {
-  const auto known = recovered_classes_.find(recovered.worker_id);
-  if (known == recovered_classes_.end()) return kUnknownClass;
-  classes_.count(known->second);
-  return classes_.index(known->second);
+void Workforce::recover(const KnownWorker& worker) { noted_[worker.worker_id] = worker; }
+
+void Workforce::recover(const Turn& turn, const AcceptedResult& result) {
+  int numeric_class = kUnknownClass;
+  if (const auto noted = noted_.find(result.worker_id); noted != noted_.end()) {
+    classes_.count(noted->second.numeric_class);
+    numeric_class = classes_.index(noted->second.numeric_class);
+  }
+  hand_over(turn, close(result.key), result, numeric_class);
+}
+
+void Workforce::recover(const SecondAnswer& answer) {
+  take_second(close(answer.result.key), answer.result);
 }
 
 }  // namespace treeroll::learner

@@ -11,7 +11,7 @@ namespace treeroll::learner {
 namespace {
 
 /// Of the first distrust; each further one lasts twice as long.
-constexpr Duration kDistrustLasts = std::chrono::seconds(60);
+constexpr Duration kDistrustLasts = kLeftOutLasts;
 constexpr int kDistrustDoublingsMax = 6;
 
 constexpr const char* kRangeKind = "rewards out of range";
@@ -54,17 +54,27 @@ void Workforce::settle_suspicion(const Turn& turn, WorkerEntry& worker,
                           describe(worker)));
     return;
   }
-  const Duration lasts =
-      kDistrustLasts * (1 << std::min(worker.num_distrusts++, kDistrustDoublingsMax));
   // So it has been read. It is not to be kept: asked again the worker would repeat it.
   worker.results_read.note(suspicion.index, suspicion.index);
   if (num_unsynced_ == 0) worker.last_index_settled = worker.results_read.last_without_gap();
   acknowledge(worker.id, turn.now);
-  worker.distrusted = true;
-  worker.trusted_again = turn.now + lasts;
+  const Duration lasts = distrust(turn, worker);
   turn.write({LogLine::Level::kError, kRangeKind,
               fmt::format("{} stands by its reward out of range: it gets no work for {:.0f} s",
                           describe(worker), to_seconds(lasts))});
+}
+
+/// It gets no work. @return for how long
+Duration Workforce::distrust(const Turn& turn, WorkerEntry& worker) {
+  const Duration lasts =
+      kDistrustLasts * (1 << std::min(worker.num_distrusts++, kDistrustDoublingsMax));
+  leave_out(turn, worker, lasts);
+  return lasts;
+}
+
+void Workforce::leave_out(const Turn& turn, WorkerEntry& worker, Duration lasts) {
+  worker.distrusted = true;
+  worker.trusted_again = turn.now + lasts;
   ledger_.take_back_all(worker.id);
 }
 

@@ -33,27 +33,6 @@ std::int32_t renumbered(std::int32_t run, std::int32_t repetitions_then, std::in
   return static_cast<std::int32_t>(std::min<std::int64_t>(number, protocol::kRunsMax));
 }
 
-/// Throws std::runtime_error if the record does not follow from those before.
-void apply(const NumberedRecord& numbered, TimePoint now, learner::LearnerCore& core) {
-  const auto* result = std::get_if<AcceptedResult>(&numbered.record);
-  const auto* time = std::get_if<LearningTime>(&numbered.record);
-  learner::Effects unsent;
-  if (const auto* worker = std::get_if<KnownWorker>(&numbered.record)) {
-    return core.step(now, learner::WorkerRecovered{*worker}, unsent);
-  }
-  if (!result && !time) return;
-  if (core.outcome() == learner::LearnerCore::Outcome::kDone) {
-    throw std::runtime_error("the journal goes on although every run has ended");
-  }
-  if (result) {
-    const bool may_be_superseded = numbered.is_of_earlier_study && result->key.number < 0;
-    core.step(now, learner::ResultRecovered{*result, numbered.run_then, may_be_superseded}, unsent);
-  }
-  if (time) core.step(now, learner::TimeRecovered{*time}, unsent);
-  if (core.outcome() == learner::LearnerCore::Outcome::kFailed)
-    throw std::runtime_error(core.failure());
-}
-
 [[noreturn]] void refuse(const std::string& damage, const std::istream& file) {
   // What cannot be read may be whole.
   const char* advice =
@@ -77,6 +56,32 @@ fs::path free_name(const fs::path& journal) {
 }
 
 }  // namespace
+
+void apply(const NumberedRecord& numbered, TimePoint now, learner::LearnerCore& core) {
+  const auto* result = std::get_if<AcceptedResult>(&numbered.record);
+  const auto* time = std::get_if<LearningTime>(&numbered.record);
+  const auto* second = std::get_if<SecondAnswer>(&numbered.record);
+  learner::Effects unsent;
+  if (const auto* worker = std::get_if<KnownWorker>(&numbered.record)) {
+    return core.step(now, learner::WorkerRecovered{*worker}, unsent);
+  }
+  // What was run again may be answered after the last run has ended.
+  if (second) {
+    const bool may_be_superseded = numbered.is_of_earlier_study && second->result.key.number < 0;
+    core.step(now, learner::SecondRecovered{*second, numbered.run_then, may_be_superseded}, unsent);
+  }
+  if (!result && !time && !second) return;
+  if (!second && core.outcome() == learner::LearnerCore::Outcome::kDone) {
+    throw std::runtime_error("the journal goes on although every run has ended");
+  }
+  if (result) {
+    const bool may_be_superseded = numbered.is_of_earlier_study && result->key.number < 0;
+    core.step(now, learner::ResultRecovered{*result, numbered.run_then, may_be_superseded}, unsent);
+  }
+  if (time) core.step(now, learner::TimeRecovered{*time}, unsent);
+  if (core.outcome() == learner::LearnerCore::Outcome::kFailed)
+    throw std::runtime_error(core.failure());
+}
 
 /// Follows a journal through the studies that came before the one that is asked for.
 class NumberedReader::Stages {
@@ -108,15 +113,21 @@ class NumberedReader::Stages {
       extend(*extension);
       if (is_past_) return std::nullopt;
     } else if (auto* result = std::get_if<AcceptedResult>(&numbered.record)) {
-      const std::int32_t then = result->key.run;
-      result->key.run = renumbered(then, repetitions_, repetitions_now_);
-      if (result->key.run != then) numbered.run_then = then;
-      numbered.is_of_earlier_study = !is_there_ || study_.is_before_extension;
+      renumber(*result, numbered);
+    } else if (auto* second = std::get_if<SecondAnswer>(&numbered.record)) {
+      renumber(second->result, numbered);
     }
     return numbered;
   }
 
  private:
+  void renumber(AcceptedResult& result, NumberedRecord& numbered) const {
+    const std::int32_t then = result.key.run;
+    result.key.run = renumbered(then, repetitions_, repetitions_now_);
+    if (result.key.run != then) numbered.run_then = then;
+    numbered.is_of_earlier_study = !is_there_ || study_.is_before_extension;
+  }
+
   static constexpr const char* kOtherStudy = "the journal belongs to another study than study.toml";
 
   void extend(const JournalExtension& extension) {

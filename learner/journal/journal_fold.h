@@ -78,6 +78,10 @@ struct FoldHooks {
   std::function<void(const JournalRecord&)> after = {};
 };
 
+/// One record more for a core that has been given all before it. Throws std::runtime_error if it
+/// does not follow from those.
+void apply(const NumberedRecord& numbered, TimePoint now, learner::LearnerCore& core);
+
 /// Brings a fresh core to where a journal ends, and on as the journal grows: fold_journal() says
 /// how.
 class JournalFold {

@@ -30,6 +30,7 @@ enum Kind : std::uint8_t {
   kTime = 4,
   kExtension = 16,
   kWorker = 17,
+  kSecond = 18,
 };
 
 template <class Integer>
@@ -87,6 +88,21 @@ void put(std::string& bytes, const ContentHash& hash) {
   bytes.append(reinterpret_cast<const char*>(hash.bytes.data()), hash.bytes.size());
 }
 
+void put_result(std::string& bytes, Kind kind, const AcceptedResult& result) {
+  put(bytes, static_cast<std::uint8_t>(kind));
+  put(bytes, result.key.run);
+  put(bytes, result.key.number);
+  put(bytes, result.content);
+  put(bytes, std::bit_cast<std::uint64_t>(result.outcome.reward()));
+  put(bytes, static_cast<std::uint8_t>(result.outcome.status()));
+  put(bytes, result.worker_id);
+  // A reason stands behind a duration: -1 where nobody measured it.
+  if (result.duration_ns || !result.outcome.reason().empty()) {
+    put(bytes, result.duration_ns.value_or(-1));
+  }
+  bytes += result.outcome.reason();
+}
+
 std::string payload_of(const JournalRecord& record) {
   std::string bytes;
   bytes.reserve(kResultBytes);
@@ -100,18 +116,9 @@ std::string payload_of(const JournalRecord& record) {
       put_text(bytes, start->program);
     }
   } else if (const auto* result = std::get_if<AcceptedResult>(&record)) {
-    put(bytes, static_cast<std::uint8_t>(kResult));
-    put(bytes, result->key.run);
-    put(bytes, result->key.number);
-    put(bytes, result->content);
-    put(bytes, std::bit_cast<std::uint64_t>(result->outcome.reward()));
-    put(bytes, static_cast<std::uint8_t>(result->outcome.status()));
-    put(bytes, result->worker_id);
-    // A reason stands behind a duration: -1 where nobody measured it.
-    if (result->duration_ns || !result->outcome.reason().empty()) {
-      put(bytes, result->duration_ns.value_or(-1));
-    }
-    bytes += result->outcome.reason();
+    put_result(bytes, kResult, *result);
+  } else if (const auto* second = std::get_if<SecondAnswer>(&record)) {
+    put_result(bytes, kSecond, second->result);
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
     put(bytes, static_cast<std::uint8_t>(kTime));
     put(bytes, std::int64_t{time->elapsed.count()});
@@ -164,6 +171,30 @@ Result<JournalRecord> extension_of(Cursor cursor) {
   return JournalRecord(extension);
 }
 
+Result<AcceptedResult> result_of(Cursor cursor) {
+  AcceptedResult result;
+  result.key.run = cursor.take<std::int32_t>();
+  result.key.number = cursor.take<std::int32_t>();
+  result.content = cursor.take<std::int64_t>();
+  const auto reward = std::bit_cast<double>(cursor.take<std::uint64_t>());
+  const auto status = cursor.take<std::uint8_t>();
+  result.worker_id = cursor.take<std::int64_t>();
+  if (cursor.left() > 0) {
+    const auto duration_ns = cursor.take<std::int64_t>();
+    if (duration_ns >= 0) result.duration_ns = duration_ns;
+  }
+  if (status >= kNumRolloutStatuses) return Error{fmt::format("status {} is unknown", status)};
+  if (!std::isfinite(reward) || reward < 0) {
+    return Error{fmt::format("reward {} is not finite or negative", reward)};
+  }
+  const std::string_view reason = cursor.take_bytes(cursor.left());
+  if (!reason.empty() && status == static_cast<std::uint8_t>(RolloutStatus::kOk)) {
+    return Error{"a result that is ok has a reason"};
+  }
+  result.outcome = {reward, static_cast<RolloutStatus>(status), std::string(reason)};
+  return result;
+}
+
 Result<JournalRecord> record_of(std::string_view payload) {
   Cursor cursor(payload);
   const auto kind = cursor.take<std::uint8_t>();
@@ -178,7 +209,7 @@ Result<JournalRecord> record_of(std::string_view payload) {
     start.format = cursor.take<std::uint32_t>();
     const std::optional<std::string> program = cursor.take_text(kProgramBytesMax);
     // What a later form has beside is its own business: who reads it refuses the form.
-    if (!program || start.format < 2 || (start.format == kJournalFormat && cursor.left() > 0)) {
+    if (!program || start.format < 2 || (start.format <= kJournalFormat && cursor.left() > 0)) {
       return Error{"a start names no form and program"};
     }
     start.program = *program;
@@ -187,28 +218,12 @@ Result<JournalRecord> record_of(std::string_view payload) {
         start.program.begin(), start.program.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
     return JournalRecord(start);
   }
-  if (kind == kResult && (cursor.left() == 33 || cursor.left() >= 41)) {
-    AcceptedResult result;
-    result.key.run = cursor.take<std::int32_t>();
-    result.key.number = cursor.take<std::int32_t>();
-    result.content = cursor.take<std::int64_t>();
-    const auto reward = std::bit_cast<double>(cursor.take<std::uint64_t>());
-    const auto status = cursor.take<std::uint8_t>();
-    result.worker_id = cursor.take<std::int64_t>();
-    if (cursor.left() > 0) {
-      const auto duration_ns = cursor.take<std::int64_t>();
-      if (duration_ns >= 0) result.duration_ns = duration_ns;
-    }
-    if (status >= kNumRolloutStatuses) return Error{fmt::format("status {} is unknown", status)};
-    if (!std::isfinite(reward) || reward < 0) {
-      return Error{fmt::format("reward {} is not finite or negative", reward)};
-    }
-    const std::string_view reason = cursor.take_bytes(cursor.left());
-    if (!reason.empty() && status == static_cast<std::uint8_t>(RolloutStatus::kOk)) {
-      return Error{"a result that is ok has a reason"};
-    }
-    result.outcome = {reward, static_cast<RolloutStatus>(status), std::string(reason)};
-    return JournalRecord(result);
+  const bool is_of_form_1 = cursor.left() == 33;
+  if ((kind == kResult && is_of_form_1) ||
+      ((kind == kResult || kind == kSecond) && cursor.left() >= 41)) {
+    const Result<AcceptedResult> result = result_of(cursor);
+    if (!result) return result.error();
+    return kind == kResult ? JournalRecord(*result) : JournalRecord(SecondAnswer{*result});
   }
   if (kind == kTime && cursor.left() == 8) {
     return JournalRecord(LearningTime{Duration(cursor.take<std::int64_t>())});

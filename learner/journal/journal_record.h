@@ -19,9 +19,12 @@ namespace treeroll {
 /// own (common/numbers/elementary.h).
 inline constexpr std::uint32_t kAlgorithmVersion = 2;
 
-/// The form of records. 1 is that of version 0.1.0: its starts name no form and no program, and it
-/// has no records of workers. A journal may go on in a later form than it begins with.
-inline constexpr std::uint32_t kJournalFormat = 2;
+/// The latest form of records. 1 is that of version 0.1.0: its starts name no form and no program,
+/// and it has no records of workers. 3 has second answers beside 2. A journal may go on in a later
+/// form than it begins with.
+inline constexpr std::uint32_t kJournalFormat = 3;
+/// Of a study that has nothing which needs a later one: older programs read it.
+inline constexpr std::uint32_t kCommonJournalFormat = 2;
 inline constexpr std::size_t kProgramBytesMax = 64;
 
 /// What the journal says, record by record.
@@ -31,8 +34,8 @@ struct JournalStart {
   std::uint32_t algorithm_version = kAlgorithmVersion;
   ContentHash study_id = {};  ///< of the resolved study's text
   std::int64_t learner_id = 0;
-  std::uint32_t format = kJournalFormat;  ///< of the records from here on
-  std::string program = {};               ///< version of the learner, at most kProgramBytesMax
+  std::uint32_t format = kCommonJournalFormat;  ///< of the records from here on
+  std::string program = {};  ///< version of the learner, at most kProgramBytesMax
   bool operator==(const JournalStart&) const = default;
 };
 
@@ -51,8 +54,8 @@ struct JournalExtension {
   bool operator==(const JournalExtension&) const = default;
 };
 
-using JournalRecord = std::variant<JournalStart, AcceptedResult, LearningTime, KnownWorker,
-                                   JournalExtension, JournalSeal>;
+using JournalRecord = std::variant<JournalStart, AcceptedResult, SecondAnswer, LearningTime,
+                                   KnownWorker, JournalExtension, JournalSeal>;
 
 /// A record as an event of LCM's log format, on channel kJournalChannel:
 ///
@@ -63,11 +66,13 @@ using JournalRecord = std::variant<JournalStart, AcceptedResult, LearningTime, K
 ///       20     4  length of the channel, 16
 ///       24     4  length of the data
 ///       28    16  "TREEROLL_JOURNAL"
-///       44     1  kind: 1 start, 2 result, 3 seal, 4 time, 16 extension, 17 worker
+///       44     1  kind: 1 start, 2 result, 3 seal, 4 time, 16 extension, 17 worker,
+///                       18 second answer
 ///       45        start:  version 4, study 16, learner 8; from form 2 on form 4, program text
 ///                 result: run 4, number 4, content 8, reward 8 (IEEE 754), status 1, worker 8;
 ///                         from form 2 on duration 8, ns, -1 if unknown, and the reason, if its
 ///                         status is not ok: at most 256 bytes
+///                 second answer: as a result of form 2
 ///                 time:   elapsed 8, ns of learning up to here
 ///                 extension: study before 16, study 16, repetitions before 4, repetitions 4
 ///                 worker: worker 8, pid 4, numeric class text, host text

@@ -14,10 +14,12 @@
 #include "common/program/standard_output.h"
 #include "learner/journal/journal_file.h"
 #include "learner/journal/journal_origins.h"
+#include "learner/journal/journal_rechecks.h"
 #include "learner/report/claims_file.h"
 #include "learner/report/report_figures.h"
 #include "learner/report/report_sections.h"
 #include "learner/report/state_results.h"
+#include "learner/results/recheck_text.h"
 #include "learner/results/state_directory.h"
 #include "learner/results/summary.h"
 #include "learner/study/study_error.h"
@@ -107,6 +109,15 @@ void remark_classes(const StudyResults& study, std::vector<std::string>& remarks
                     "bits of the results depend on who computed which.",
                     class_list(origins.results_by_class())));
   }
+}
+
+/// So are roll-outs that were run again, and who was outvoted by others.
+void remark_rechecks(const StudyResults& study, std::vector<std::string>& said) {
+  const fs::path journal = journal_of(study.directory);
+  if (!fs::is_regular_file(journal)) return;
+  const Result<RecheckRecord> rechecks = rechecks_of(journal);
+  if (!rechecks) return;  // which remark_classes() has said
+  for (std::string& remark : remarks(*rechecks)) said.push_back(std::move(remark) + ".");
 }
 
 struct Chosen {
@@ -199,6 +210,7 @@ void write_report(const ReportOptions& options) {
     figures.push_back(draw_study(study, options.output, options.worker_program,
                                  kNoiseRolloutsMax / static_cast<std::int64_t>(studies.size())));
     remark_classes(study, figures.back().remarks);
+    remark_rechecks(study, figures.back().remarks);
   }
   if (!claims.empty()) {
     std::vector<Picture> all;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "learner/core/recheck_record.h"
 #include "learner/core/run_record.h"
 #include "learner/core/study.h"
 #include "learner/results/statistics.h"
@@ -82,6 +83,7 @@ struct StudySummary {
   double elapsed_s = 0;
   /// Accepted results by the numeric class of their workers, as far as it is known.
   std::map<std::string, std::int64_t> results_by_class = {};
+  RecheckRecord rechecks = {};
 };
 
 /// "[0.412, 0.518]", "-" if there is none.
@@ -91,8 +93,8 @@ std::string shown_interval(const std::optional<Interval>& interval);
 /// remarks stand below.
 std::string to_table(const std::vector<ConditionSummary>& conditions);
 
-/// One JSON object (study, seconds, conditions, ledger, workers, numeric_classes); null for an
-/// absent figure.
+/// One JSON object (study, seconds, conditions, ledger, workers, numeric_classes, rechecks); null
+/// for an absent figure.
 std::string to_json(const StudySummary& summary);
 
 }  // namespace treeroll

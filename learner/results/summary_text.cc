@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/shown_reward.h"
+#include "learner/results/recheck_text.h"
 #include "learner/results/summary.h"
 
 namespace treeroll {
@@ -134,9 +135,13 @@ std::string to_json(const StudySummary& summary) {
   }
   json workers = json::array();
   for (const WorkerRecord& worker : summary.workers) workers.push_back(to_json_value(worker));
-  const json whole = {{"study", summary.study},   {"seconds", summary.elapsed_s},
-                      {"conditions", conditions}, {"ledger", to_json_value(summary.ledger)},
-                      {"workers", workers},       {"numeric_classes", summary.results_by_class}};
+  const json whole = {{"study", summary.study},
+                      {"seconds", summary.elapsed_s},
+                      {"conditions", conditions},
+                      {"ledger", to_json_value(summary.ledger)},
+                      {"workers", workers},
+                      {"numeric_classes", summary.results_by_class},
+                      {"rechecks", to_json_value(summary.rechecks)}};
   // A host name comes from the network: what is not UTF-8 in it is replaced.
   return whole.dump(2, ' ', false, json::error_handler_t::replace);
 }

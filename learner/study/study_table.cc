@@ -19,6 +19,8 @@ namespace {
 constexpr std::size_t kStudyNameBytesMax = 64;
 constexpr std::int64_t kFinalEvaluationsMax = 1000;
 constexpr std::int64_t kDiscardsMax = 1000;
+/// A lesser share would be of no roll-out at all.
+constexpr double kRecheckMin = 1e-6;
 /// Three years: far from where nanoseconds overflow.
 constexpr double kStopAfterMaxS = 1e8;
 
@@ -81,6 +83,13 @@ StudyBudget read_study_table(SettingsReader& reader, Study& study) {
       reader.integer("discards_max", 0, kDiscardsMax, Study{}.discards_max,
                      {.meaning = "Trials of one roll-out that its task may discard; one more ends "
                                  "the run"}));
+  study.recheck =
+      reader
+          .optional_number("recheck", {.min = kRecheckMin, .max = 1},
+                           {.meaning = "Share of roll-outs that one more worker evaluates, drawn "
+                                       "from the seed: its answers are compared, and nothing is "
+                                       "learnt from them"})
+          .value_or(0);
   StudyBudget budget;
   budget.num_rollouts = static_cast<int>(reader.integer(
       "rollouts", 1, protocol::kRolloutsMax, {},

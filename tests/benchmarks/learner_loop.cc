@@ -120,6 +120,8 @@ void LearnerLoop::append(const AcceptedResult& result) {
   ++num_results_;
 }
 
+void LearnerLoop::append(const SecondAnswer& answer) { journal_.append(answer, 0); }
+
 void LearnerLoop::append(const KnownWorker& worker) { journal_.append(worker, 0); }
 
 void LearnerLoop::append(const LearningTime& time) { journal_.append(time, 0); }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <memory>
@@ -88,6 +89,7 @@ class Cluster {
       if (place < results.size()) step(ResultRecovered{results[place]});
     }
   }
+  void tell(const Event& event) { step(event); }
   void stop() { step(StopRequested{}); }
 
   /// Runs until the study is done or `limit` of virtual time has passed; `each` after every event.
@@ -114,6 +116,7 @@ class Cluster {
   std::vector<KnownWorker> notes;
   std::vector<protocol::Message> sent;  ///< by the learner
   std::vector<AcceptedResult> journal;
+  std::vector<SecondAnswer> second_answers;
   std::map<std::size_t, LearningTime> times;  ///< by how many results the journal held by then
 
  private:
@@ -162,12 +165,17 @@ class Cluster {
     core->step(now, event, effects);
     const std::vector<AcceptedResult> results = results_in(effects);
     journal.insert(journal.end(), results.begin(), results.end());
-    if (!results.empty()) {
+    const bool has_second = std::ranges::any_of(
+        effects, [](const Effect& effect) { return std::holds_alternative<AppendSecond>(effect); });
+    if (!results.empty() || has_second) {
       core->step(now, SyncBegun{}, effects);
       core->step(now, JournalSynced{}, effects);
     }
     for (const Effect& effect : effects) {
       if (const auto* time = std::get_if<AppendTime>(&effect)) times[journal.size()] = time->time;
+      if (const auto* second = std::get_if<AppendSecond>(&effect)) {
+        second_answers.push_back(second->answer);
+      }
       if (const auto* line = std::get_if<LogLine>(&effect)) log.push_back(*line);
       if (const auto* note = std::get_if<AppendWorker>(&effect)) notes.push_back(note->worker);
     }

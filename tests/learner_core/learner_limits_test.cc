@@ -27,6 +27,17 @@ int lines_with(const Cluster& cluster, const std::string& words) {
   return count;
 }
 
+/// Of the last batch that the learner has sent.
+std::int64_t take_last_batch(Cluster& cluster) {
+  std::int64_t last_batch = 0;
+  for (const protocol::Message& message : cluster.sent) {
+    const auto* batch = std::get_if<protocol::RolloutBatch>(&message);
+    if (batch != nullptr) last_batch = batch->sequence;
+  }
+  cluster.sent.clear();
+  return last_batch;
+}
+
 TEST(LearnerLimitsTest, AWorkerTooManyIsRefusedSaidOnceAndServedWhenOneHasLeft) {
   Cluster cluster(small_study(10, 1));
   cluster.start();
@@ -35,7 +46,7 @@ TEST(LearnerLimitsTest, AWorkerTooManyIsRefusedSaidOnceAndServedWhenOneHasLeft) 
     idle.draining = true;
     cluster.give(idle);
     // Who has answered a greeting is a worker, and stays.
-    idle.held.front().last_batch = 1'000'000;
+    idle.held.front().last_batch = take_last_batch(cluster);
     cluster.give(idle);
   }
   EXPECT_EQ(lines_with(cluster, "is refused"), 0);
@@ -143,7 +154,7 @@ TEST(LearnerLimitsTest, AWorkerThatDescribesTheTaskOtherwiseIsRefusedWithBothVal
   cluster.start();
   protocol::WorkerStatus status = FakeWorker(3, {}).status(Cluster::kLearner);
   cluster.give(status);
-  status.held.front().last_batch = 1'000'000;  // it has read the greeting
+  status.held.front().last_batch = take_last_batch(cluster);  // it has read the greeting
   cluster.give(status);
   const ContentHash task = content_hash(small_study(1, 1).conditions[0].task_content);
   std::string description = kDescription;

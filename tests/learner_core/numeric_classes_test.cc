@@ -111,6 +111,26 @@ TEST(NumericClassesTest, AWorkerThatWasOnlySilentKeepsItsNamesAndItsClass) {
   EXPECT_TRUE(worker->other_class);
 }
 
+/// Journals and studies of version 0.2.0 know no bits of ODE.
+TEST(NumericClassesTest, WhoTellsMoreOfItselfIsOfTheClassOfBefore) {
+  NumericClasses named("x86_64 elementary 2");
+  EXPECT_TRUE(named.allows("x86_64 elementary 2"));
+  EXPECT_TRUE(named.allows("x86_64 elementary 2 ode 01234567"));
+  EXPECT_FALSE(named.allows("x86_64 elementary 22 ode 01234567"));
+  EXPECT_FALSE(named.allows("x86_64 elementary 2 program 01234567"));
+  NumericClasses exact("x86_64 elementary 2 ode 01234567");
+  EXPECT_FALSE(exact.allows("x86_64 elementary 2"));
+  EXPECT_FALSE(exact.allows("x86_64 elementary 2 ode 01234567 ode 1"));
+
+  NumericClasses one("one");
+  EXPECT_TRUE(one.count("x86_64 elementary 2"));  // of a journal
+  EXPECT_TRUE(one.allows("x86_64 elementary 2 ode 01234567"));
+  EXPECT_TRUE(one.allows("x86_64 elementary 2 ode 76543210"));
+  EXPECT_TRUE(one.count("x86_64 elementary 2 ode 01234567"));
+  EXPECT_FALSE(one.allows("x86_64 elementary 2 ode 76543210")) << "the first one has decided";
+  EXPECT_EQ(one.demanded(), "x86_64 elementary 2 ode 01234567");
+}
+
 TEST(NumericClassesTest, AClassThatNobodyNamedIsNone) {
   NumericClasses one("one");
   EXPECT_FALSE(one.allows(""));

@@ -34,6 +34,48 @@ TEST(WorkerTableTest, WhoHasMissedThatTheyAreFewerIsNotTakenForSilent) {
   EXPECT_EQ(table.remove_silent(TimePoint(seconds(200))).size(), 1U) << "it is looked at anew";
 }
 
+WorkerEntry& join(WorkerTable& table, protocol::WorkerId id, TimePoint now) {
+  WorkerEntry& worker = *table.hear(id, now);
+  worker.joined = true;
+  return worker;
+}
+
+/// A greeting can be heard by all, and so answered in names that somebody makes up.
+TEST(WorkerTableTest, WhoHasAnsweredNothingButAGreetingForAMinuteMakesRoom) {
+  WorkerTable table;
+  for (int id = 1; id <= static_cast<int>(protocol::kWorkersMax); ++id) {
+    join(table, id, TimePoint{}).num_accepted = id <= 2 ? 1 : 0;
+  }
+  ASSERT_TRUE(table.is_full());
+  EXPECT_EQ(table.hear(5000, TimePoint(seconds(59))), nullptr);
+  EXPECT_TRUE(table.take_put_out().empty());
+  join(table, 5000, TimePoint(seconds(60)));
+  EXPECT_EQ(table.take_put_out(), std::vector<protocol::WorkerId>{3})
+      << "the first without an answer";
+  EXPECT_EQ(table.find(3), nullptr);
+  EXPECT_EQ(table.hear(5001, TimePoint(seconds(60))), nullptr) << "one at a time";
+  EXPECT_NE(table.hear(5001, TimePoint(milliseconds(60'100))), nullptr);
+  EXPECT_EQ(table.take_put_out(), std::vector<protocol::WorkerId>{4});
+  EXPECT_NE(table.find(1), nullptr);
+  EXPECT_NE(table.find(2), nullptr);
+}
+
+TEST(WorkerTableTest, OneKeyHasAQuarterOfTheNames) {
+  constexpr auto kOfOneKey = std::int64_t{7} << protocol::kOwnNameBits;
+  WorkerTable table(/*has_keys=*/true);
+  WorkerTable without_keys;
+  for (int i = 0; i < protocol::kWorkersOfOneKeyMax; ++i) {
+    EXPECT_NE(table.hear(kOfOneKey + i, TimePoint{}), nullptr);
+    EXPECT_NE(without_keys.hear(kOfOneKey + i, TimePoint{}), nullptr);
+  }
+  EXPECT_EQ(table.hear(kOfOneKey + protocol::kWorkersOfOneKeyMax, TimePoint{}), nullptr);
+  EXPECT_NE(without_keys.hear(kOfOneKey + protocol::kWorkersOfOneKeyMax, TimePoint{}), nullptr);
+  EXPECT_NE(table.hear(3 * kOfOneKey, TimePoint{}), nullptr) << "of another key";
+  EXPECT_NE(table.hear(kOfOneKey, TimePoint(seconds(1))), nullptr) << "who is there stays";
+  EXPECT_EQ(table.remove_silent(TimePoint(seconds(3))).size(), protocol::kWorkersOfOneKeyMax);
+  EXPECT_NE(table.hear(kOfOneKey + protocol::kWorkersOfOneKeyMax, TimePoint(seconds(4))), nullptr);
+}
+
 /// Thousands that join at once are told how many they are before they have beaten twice.
 TEST(WorkerTableTest, ALearnerTellsACrowdThatJoinsHowManyTheyAre) {
   Cluster cluster(small_study(10, 1));

@@ -110,6 +110,40 @@ class AuthenticationTest(unittest.TestCase):
             with self.assertRaises(KeyFileError, msg=text):
                 self.keys(text, mode)
 
+    def test_keys_of_two_workers_are_no_ring(self):
+        other = self.line.replace("worker 1122334455667788", "worker 1122334455667789")
+        with self.assertRaisesRegex(KeyFileError, "holds keys of two workers"):
+            self.keys(self.line + "\n" + other)
+        self.assertEqual(len(self.keys(self.line + "\n" + self.line).worker_keys), 2)
+
+    def test_a_credential_of_systemd_is_the_services_alone(self):
+        if os.geteuid() != 0:
+            self.skipTest("only root makes what belongs to root")
+        with self.assertRaisesRegex(KeyFileError, "readable by its owner alone"):
+            self.keys(self.line, 0o440)
+        os.environ["CREDENTIALS_DIRECTORY"] = str(self.file.parent)
+        self.addCleanup(os.environ.pop, "CREDENTIALS_DIRECTORY")
+        self.assertEqual(len(self.keys(self.line, 0o440).worker_keys), 1)
+        with self.assertRaises(KeyFileError):
+            self.keys(self.line, 0o444)
+        self.file.chmod(0o600)
+        os.chown(self.file, 12345, -1)
+        with self.assertRaisesRegex(KeyFileError, "must belong to the user"):
+            KeyRing(self.file)
+
+    def test_made_up_learners_are_forgotten_and_push_nobody_out_who_has_spoken_to_us(self):
+        batch = self.types.decode("rollout_batch_t", self.batch)
+        worker = Authenticator(self.keys(self.line), WORKER)
+        watcher = Authenticator(self.keys(self.line))
+        self.assertTrue(self.take(worker, self.batch))
+        for learner in range(10_000, 13_000):
+            for who in (worker, watcher):
+                who.admit("TREEROLL_LEARNER", b"", {"learner_id": learner, "signed_index": 5})
+        self.assertLessEqual(len(watcher._windows), 1024)
+        self.assertLessEqual(len(worker._windows), 1024)
+        self.assertFalse(self.take(worker, self.batch), "it has come before")
+        self.assertTrue(self.take(worker, self.sign(batch, 2)))
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -159,6 +159,26 @@ TEST(RelayCoreTest, ATaskThatAllRefuseIsRefusedWithTheirReasonAndAskedAboutAgain
   EXPECT_THAT(stage.results(), SizeIs(1));
 }
 
+/// One made-up worker below would else decide for ever what the relay says of a task.
+TEST(RelayCoreTest, WhatMostWorkersBelowSayOfATaskReplacesWhatTheFirstOneSaid) {
+  RelayStage stage;
+  learner::FakeWorker& first = stage.add_worker(1, 1h);
+  first.description =
+      R"({"deterministic":true,"input_dim":1,"output_dim":1,"reward_max":9.0,"reward_min":0.0,"time_limit_s":10.0})";
+  stage.pass(1s);
+  stage.define();
+  stage.pass(1s);
+  ASSERT_THAT(stage.above<DefinitionReport>(), SizeIs(1));
+  EXPECT_THAT(stage.above<DefinitionReport>().back().text, HasSubstr("9.0"));
+  stage.add_worker(2);
+  stage.add_worker(3);
+  stage.pass(1s);
+  stage.define();
+  stage.pass(2s);
+  EXPECT_TRUE(stage.above<DefinitionReport>().back().accepted);
+  EXPECT_THAT(stage.above<DefinitionReport>().back().text, HasSubstr("\"reward_max\":1.0"));
+}
+
 TEST(RelayCoreTest, AWorkerBelowWithARewardOutOfRangeIsDistrustedThere) {
   RelayStage stage;
   stage.add_worker(1).reward_factor = 1000;

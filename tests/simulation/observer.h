@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -32,6 +33,7 @@ class Observer {
   std::int64_t num_reissued = 0;
   std::int64_t num_messages_heard = 0;  ///< by learners
   std::int64_t num_heartbeats = 0;      ///< of these
+  std::set<protocol::WorkerId> liars;
   /// Which question each answer of a worker to a learner was for, by its index, until acknowledged.
   using Question = std::pair<protocol::RolloutKey, std::int64_t>;  ///< with its content
   std::map<std::pair<protocol::WorkerId, protocol::LearnerId>, std::map<std::int64_t, Question>>

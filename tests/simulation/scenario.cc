@@ -24,7 +24,8 @@ enum Purpose : std::uint32_t {
   kLastingDice = 10,
   kWorthDice = 11,
   kRelayDice = 12,
-  kStrangerShareDice = 13
+  kStrangerShareDice = 13,
+  kRecheckDice = 14
 };
 
 /// A tree of two or three layers, most of them left as soon as they may be.
@@ -280,6 +281,21 @@ Scenario with_keys(Scenario scenario) {
   scenario.has_keys = true;
   Dice dice(scenario.seed, kStrangerShareDice);
   scenario.stranger_share = dice.chance(.2) ? 0 : dice.between(.01, .3);
+  return scenario;
+}
+
+Scenario with_rechecks(Scenario scenario) {
+  Dice dice(scenario.seed, kRecheckDice);
+  for (Study& study : scenario.studies) study.recheck = dice.between(.05, 1.);
+  return scenario;
+}
+
+Scenario with_liar(Scenario scenario) {
+  scenario = with_rechecks(std::move(scenario));
+  while (scenario.workers.size() < 3) scenario.workers.push_back({TimePoint{}, 2});
+  Dice dice(scenario.seed, kRecheckDice, 1);
+  scenario.liar = dice.between(0, static_cast<int>(scenario.workers.size()) - 1);
+  scenario.lying_share = dice.between(.05, 1.);
   return scenario;
 }
 

@@ -74,6 +74,8 @@ struct Scenario {
   int num_relays = 0;
   bool has_keys = false;      ///< a learner's for learners, a key of its own for each worker
   double stranger_share = 0;  ///< of messages that a stranger answers
+  int liar = -1;           ///< slot of a worker that answers what is not so, now and then; -1: none
+  double lying_share = 0;  ///< of its answers
   std::vector<Incident> incidents;
   Duration reading_delay{};  ///< from a message's arrival to the process that reads it
   std::int64_t unsynced_results_max = protocol::kUnsyncedResultsMax;
@@ -94,6 +96,11 @@ Scenario with_relays(Scenario scenario);
 
 /// The same among keys and strangers.
 Scenario with_keys(Scenario scenario);
+
+/// The same where a share of the roll-outs is run again on another worker.
+Scenario with_rechecks(Scenario scenario);
+/// The same with one worker of three or more that lies now and then.
+Scenario with_liar(Scenario scenario);
 
 /// A tree of two layers of so many Gaussians.
 PolicyPtr wide_policy(int num_first, int num_last);

@@ -65,6 +65,9 @@ void SimulatedLearner::recover(const JournalRecord& record) {
     accepted_.emplace(result->key, result->content);
     synced_.emplace(result->key, result->content);
     core_.step(schedule_.now(), learner::ResultRecovered{*result}, unsent);
+  } else if (const auto* second = std::get_if<SecondAnswer>(&record)) {
+    answered_by_[second->result.key].insert(second->result.worker_id);
+    core_.step(schedule_.now(), learner::SecondRecovered{*second}, unsent);
   } else if (const auto* worker = std::get_if<KnownWorker>(&record)) {
     core_.step(schedule_.now(), learner::WorkerRecovered{*worker}, unsent);
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
@@ -118,6 +121,7 @@ void SimulatedLearner::do_all(const learner::Effects& effects) {
   for (const learner::Effect& effect : effects) {
     if (std::holds_alternative<learner::SendMessage>(effect)) count += 1;
     const bool is_record = std::holds_alternative<learner::AppendResult>(effect) ||
+                           std::holds_alternative<learner::AppendSecond>(effect) ||
                            std::holds_alternative<learner::AppendWorker>(effect) ||
                            std::holds_alternative<learner::AppendTime>(effect);
     if (is_record) count += 2;
@@ -152,15 +156,7 @@ void SimulatedLearner::crash() {
 
 void SimulatedLearner::append(const AcceptedResult& result) {
   crash_if_due();
-  const auto expected = expected_.find(result.key);
-  observer_.require(expected != expected_.end(), "a result that nobody asked for is accepted");
-  if (expected != expected_.end()) {
-    observer_.require(expected->second.content == result.content,
-                      "the answer to another question is accepted");
-    const Outcome& outcome = expected->second.outcome;
-    observer_.require(outcome.reward() == result.outcome.reward(), "a wrong reward is accepted");
-    observer_.require(outcome.status() == result.outcome.status(), "a wrong status is accepted");
-  }
+  check_answer(result);
   observer_.require(accepted_.emplace(result.key, result.content).second,
                     "a roll-out is accepted twice");
   if (result.outcome.is_discarded()) expected_.erase(result.key);
@@ -171,6 +167,24 @@ void SimulatedLearner::append(const AcceptedResult& result) {
   observer_.require(lag() <= scenario_.unsynced_results_max,
                     "more is accepted than may wait for the disk");
   if (lag() == scenario_.unsynced_results_max) observer_.count("the disk's lag at its limit");
+}
+
+void SimulatedLearner::append(const SecondAnswer& answer) {
+  crash_if_due();
+  const AcceptedResult& result = answer.result;
+  check_answer(result);
+  observer_.require(accepted_.contains({result.key, result.content}),
+                    "what has no result has a second answer");
+  observer_.require(answered_by_[result.key].insert(result.worker_id).second,
+                    "a worker is asked again what it has answered");
+  observer_.count("second answers");
+  disk_.append(answer);
+  unwritten_.push_back(result);
+  open_.erase(result.key);
+  plan_sync();
+  observer_.require(lag() <= scenario_.unsynced_results_max,
+                    "more is accepted than may wait for the disk");
+  check_outvoted();
 }
 
 void SimulatedLearner::append(const KnownWorker& worker) {
@@ -243,6 +257,7 @@ void SimulatedLearner::note_answered(const AcceptedResult& result) {
   if (result.outcome.is_discarded() && ++num_discards_[key] <= study_.discards_max) return;
   if (result.outcome.is_discarded()) observer_.count("roll-outs given up");
   answered_.emplace(key, result.outcome);
+  answered_by_[key].insert(result.worker_id);
   if (key.number < 0) return;
   int& applied = num_applied_[static_cast<std::size_t>(key.run)];
   const auto apply = [&](int number) {

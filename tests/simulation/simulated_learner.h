@@ -54,6 +54,7 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   void end_sync();
 
   void append(const AcceptedResult& result) override;
+  void append(const SecondAnswer& answer) override;
   void append(const KnownWorker& worker) override;
   void append(const LearningTime& time) override;
   void flush() override;
@@ -62,6 +63,8 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
 
   void recover(const JournalRecord& record);
   void note_answered(const AcceptedResult& result);
+  void check_answer(const AcceptedResult& result);
+  void check_outvoted();
 
   // simulated_learner_rules.cc: what must hold at every step.
   /// Results that are not on stable storage.
@@ -72,6 +75,7 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   void note_time(const LearningTime& time);
   void check_ends(protocol::RolloutKey key);
   std::vector<double> theta_of(const protocol::RolloutRequest& request);
+  void check_again(const protocol::RolloutRequest& request);
   void check_batch(const protocol::RolloutBatch& batch);
   void check_told(const protocol::Message& message);
   void check_counters();
@@ -122,8 +126,9 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   std::set<Observer::Question> accepted_;             ///< appended
   std::map<protocol::RolloutKey, Outcome> answered_;  ///< appended, but for trials made again
   std::map<protocol::RolloutKey, int> num_discards_;  ///< appended
-  std::vector<Observer::Question> unsynced_;          ///< written, not synced
-  std::vector<Observer::Question> syncing_;           ///< what the sync under way has
+  std::map<protocol::RolloutKey, std::set<protocol::WorkerId>> answered_by_;  ///< appended
+  std::vector<Observer::Question> unsynced_;  ///< written, not synced
+  std::vector<Observer::Question> syncing_;   ///< what the sync under way has
   std::set<Observer::Question> synced_;
   std::vector<int> num_applied_;  ///< by run, as the journal has it
   TimePoint started_at_;

@@ -9,6 +9,28 @@
 
 namespace treeroll::simulation {
 
+/// What every sound worker answers to this.
+void SimulatedLearner::check_answer(const AcceptedResult& result) {
+  const auto expected = expected_.find(result.key);
+  observer_.require(expected != expected_.end(), "a result that nobody asked for is accepted");
+  if (expected != expected_.end()) {
+    observer_.require(expected->second.content == result.content,
+                      "the answer to another question is accepted");
+    if (observer_.liars.contains(result.worker_id)) return;
+    const Outcome& outcome = expected->second.outcome;
+    observer_.require(outcome.reward() == result.outcome.reward(), "a wrong reward is accepted");
+    observer_.require(outcome.status() == result.outcome.status(), "a wrong status is accepted");
+  }
+}
+
+/// Only who lies is outvoted.
+void SimulatedLearner::check_outvoted() {
+  for (const auto& [id, tally] : core_.workforce().rechecks().record().workers) {
+    observer_.require(tally.num_outvoted == 0 || observer_.liars.contains(id),
+                      "a sound worker is outvoted");
+  }
+}
+
 void SimulatedLearner::note_time(const LearningTime& time) {
   observer_.require(study_.stop_after.has_value(), "a time is noted for a study without an end");
   if (!study_.stop_after || time.elapsed < *study_.stop_after) return;
@@ -53,6 +75,15 @@ std::vector<double> SimulatedLearner::theta_of(const protocol::RolloutRequest& r
   return theta;
 }
 
+/// It has a result: another worker may be asked, with the same question.
+void SimulatedLearner::check_again(const protocol::RolloutRequest& request) {
+  const protocol::RolloutKey key = request.key;
+  observer_.require(learner::is_rechecked(study_, key.run % study_.repetitions, key.number) &&
+                        !answered_by_[key].contains(request.worker_id) &&
+                        accepted_.contains({key, request.content}),
+                    "an answered roll-out is asked for");
+}
+
 void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
   observer_.require(batch.sequence == ++last_sequence_, "a batch out of sequence");
   if (batch.rollouts.size() > 1) {
@@ -63,7 +94,7 @@ void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
     const protocol::RolloutKey key = request.key;
     observer_.require(hearing_.contains(request.worker_id),
                       "a roll-out is leased to a worker that has not said that it hears");
-    observer_.require(!answered_.contains(key), "an answered roll-out is asked for");
+    if (answered_.contains(key)) check_again(request);
     const explore::ExplorationSettings& exploration = condition_of(study_, key.run).exploration;
     const int applied = num_applied_[static_cast<std::size_t>(key.run)];
     observer_.require(key.number < exploration.num_rollouts,
@@ -92,7 +123,9 @@ void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {
     settled = std::max(settled, acknowledgement.result_index);
     auto& answers = observer_.answers[{acknowledgement.worker_id, id_}];
     while (!answers.empty() && answers.begin()->first <= acknowledgement.result_index) {
-      observer_.require(synced_.contains(answers.begin()->second),
+      // Of who is set aside nothing is taken, nor to be said again.
+      observer_.require(synced_.contains(answers.begin()->second) ||
+                            observer_.liars.contains(acknowledgement.worker_id),
                         "an answer is acknowledged that is not on stable storage");
       answers.erase(answers.begin());
     }
@@ -120,7 +153,7 @@ void SimulatedLearner::check_counters() {
   observer_.require(counters.pending >= 0 && counters.pending <= num_in_flight(study_),
                     "more is pending than may be in flight");
   observer_.require(counters.failed == num_failed_, "failed results are not those applied");
-  observer_.require(counters.rejected == 0 && counters.conflicting == 0,
+  observer_.require(scenario_.liar >= 0 || (counters.rejected == 0 && counters.conflicting == 0),
                     "a sound worker's answer is rejected");
   observer_.count("answers of strangers refused",
                   counters.unasked - std::exchange(num_unasked_, counters.unasked));

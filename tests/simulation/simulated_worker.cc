@@ -67,7 +67,10 @@ SimulatedWorker::SimulatedWorker(const Scenario& scenario, Schedule& schedule, O
       settings_(settings_of(scenario, dice_, slot)),
       core_(settings_),
       task_(scenario.seed, scenario.task),
-      evaluators_(static_cast<std::size_t>(settings_.num_evaluators)) {}
+      evaluators_(static_cast<std::size_t>(settings_.num_evaluators)),
+      is_liar_(slot == scenario.liar) {
+  if (is_liar_) observer_.liars.insert(settings_.worker_id);
+}
 
 void SimulatedWorker::drain() {
   if (draining_) return;
@@ -302,7 +305,8 @@ void SimulatedWorker::evaluate(int index, std::int64_t job, const protocol::Roll
   }
   evaluator.lost = false;
   evaluator.cpu_time_max = duration;
-  const Outcome outcome = task_.outcome(request.key, request.task_seed, request.theta);
+  const Outcome outcome =
+      said(request, task_.outcome(request.key, request.task_seed, request.theta));
   if (outcome.status() == RolloutStatus::kDiverged) observer_.count("roll-outs diverged");
   if (outcome.is_discarded()) observer_.count("trials discarded");
   from_evaluator(index, duration, [index, job, own, outcome, is_last](Evaluator& self) {
@@ -311,6 +315,17 @@ void SimulatedWorker::evaluate(int index, std::int64_t job, const protocol::Roll
     return worker::RolloutEvaluated{
         .evaluator = index, .job = job, .outcome = outcome, .duration_ns = own.count()};
   });
+}
+
+/// A liar says the same lie of a question each time, and each liar one of its own.
+Outcome SimulatedWorker::said(const protocol::RolloutRequest& request, Outcome outcome) {
+  if (!is_liar_ || !outcome.is_ok()) return outcome;
+  Dice dice(static_cast<std::uint64_t>(settings_.worker_id),
+            static_cast<std::uint32_t>(request.key.run),
+            static_cast<std::uint32_t>(request.key.number));
+  if (!dice.chance(scenario_.lying_share)) return outcome;
+  observer_.count("lies");
+  return Outcome::ok(dice.between(0., 1.));
 }
 
 void SimulatedWorker::perform(const worker::AskCpuTime& effect) {

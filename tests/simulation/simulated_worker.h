@@ -75,6 +75,7 @@ class SimulatedWorker : public Node {
   void check_learners(const protocol::WorkerStatus& status);
   void note_answers(const protocol::RewardBatch& batch);
   void begin(Evaluator& evaluator, std::int64_t job);
+  Outcome said(const protocol::RolloutRequest& request, Outcome outcome);
 
   const Scenario& scenario_;
   Observer& observer_;
@@ -88,6 +89,7 @@ class SimulatedWorker : public Node {
   TimePoint killed_until_{};
   bool draining_ = false;
   bool stuck_ = false;
+  bool is_liar_ = false;
   std::map<protocol::LearnerId, TimePoint> heard_;  ///< its learners
 };
 

@@ -227,11 +227,12 @@ Duration Simulation::patience() const {
       const int first = learner::Run::final_number(study.final_evaluations);
       for (int number = first; number < num_rollouts; ++number) {
         const int num_trials = scenario_.task.discarding > 0 ? study.discards_max + 1 : 1;
-        sum +=
-            task.fate({run, number}) == Fate::kHangs
-                ? hanging
-                : num_trials * (4 * scenario_.task.duration_max + 2 * scenario_.network.delay_max +
-                                std::chrono::milliseconds(20) + held);
+        const bool is_run_again = learner::is_rechecked(study, run % study.repetitions, number);
+        sum += (is_run_again ? 2 : 1) * (task.fate({run, number}) == Fate::kHangs
+                                             ? hanging
+                                             : num_trials * (4 * scenario_.task.duration_max +
+                                                             2 * scenario_.network.delay_max +
+                                                             std::chrono::milliseconds(20) + held));
       }
     }
   }

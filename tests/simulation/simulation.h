@@ -51,6 +51,8 @@ class Simulation {
 
   // simulation_outcome.cc: what a study must have come to.
   void check_outcome(int index);
+  void check_rechecks(int index, const std::vector<JournalRecord>& journal);
+  bool without_liars(const Study& study, const std::vector<JournalRecord>& journal);
 
   const Scenario& scenario_;
   Schedule schedule_;

@@ -4,7 +4,9 @@
 #include <set>
 #include <vector>
 
+#include "learner/journal/journal_refold.h"
 #include "learner/results/run_counts.h"
+#include "tests/simulation/planted_fault.h"
 #include "tests/simulation/reference.h"
 #include "tests/simulation/simulation.h"
 
@@ -94,11 +96,80 @@ void Simulation::check_outcome(int index) {
       observer_.require(same(records[i], others[i]), rule);
     }
   };
-  if (study.in_sequence) {
+  if (study.recheck > 0) check_rechecks(index, *journal);
+  if (scenario_.liar >= 0) {
+    compare(folded_records(study, *journal), "the fold of the journal is another result");
+    if (!ends.time_was_up && study.in_sequence) {
+      observer_.require(
+          without_liars(study, *journal),
+          "without the liars' results the study does not come to what it is without faults");
+    }
+  } else if (study.in_sequence) {
     compare(faultless_records(study, VirtualTask(scenario_.seed, scenario_.task), ends.num_applied),
             "the result is not that without faults");
   } else {
     compare(folded_records(study, *journal), "the fold of the journal is another result");
+  }
+}
+
+/// Folds the journal without what liars have said, as treeroll-replay does, and learns the rest
+/// from sound workers. @return  whether that gives what no liar has had a part in
+bool Simulation::without_liars(const Study& study, const std::vector<JournalRecord>& journal) {
+  const WithoutFault without_fault;
+  learner::LearnerCore core(study, {.learner_id = 1, .batch_bytes_max = 1400, .known_tasks = {}});
+  learner::Effects unsent;
+  core.step(TimePoint{}, learner::Started{}, unsent);
+  Refold refold(core, observer_.liars);
+  for (const JournalRecord& record : journal) refold.read_ahead({.record = record});
+  std::vector<JournalRecord> kept;
+  for (const JournalRecord& record : journal) {
+    for (JournalRecord& each : refold.next({.record = record}, TimePoint{})) {
+      kept.push_back(std::move(each));
+    }
+  }
+  observer_.count("results of liars left out", refold.counts().num_left_out);
+  observer_.count("of these replaced by a second answer", refold.counts().num_replaced);
+  observer_.count("results that followed from these", refold.counts().num_following);
+  const std::vector<RunRecord> folded = folded_records(study, kept);
+  const std::vector<RunRecord> left = core.run_records();
+  const VirtualTask task(scenario_.seed, scenario_.task);
+  const std::vector<RunRecord> faultless = faultless_records(study, task, {});
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    const std::vector<RolloutRecord>& rollouts = left[i].rollouts;
+    // What is kept is what every sound worker has said, from the first roll-out on.
+    const bool is_sound =
+        rollouts.size() <= faultless[i].rollouts.size() &&
+        std::equal(rollouts.begin(), rollouts.end(), faultless[i].rollouts.begin(),
+                   [](const auto& a, const auto& b) {
+                     return a.reward == b.reward && a.layer == b.layer && a.status == b.status;
+                   });
+    if (!is_sound || !same(folded[i], left[i])) return false;
+  }
+  return true;
+}
+
+/// What the learner knows of its workers stands in its journal.
+void Simulation::check_rechecks(int index, const std::vector<JournalRecord>& journal) {
+  const LearnerSlot& slot = learners_[static_cast<std::size_t>(index)];
+  const RecheckRecord& live = slot.process->core().workforce().rechecks().record();
+  learner::LearnerCore core(scenario_.studies[static_cast<std::size_t>(index)],
+                            {.learner_id = 1, .batch_bytes_max = 1400, .known_tasks = {}});
+  learner::Effects unsent;
+  core.step(TimePoint{}, learner::Started{}, unsent);
+  for (const JournalRecord& record : journal) apply({.record = record}, TimePoint{}, core);
+  const RecheckRecord& folded = core.workforce().rechecks().record();
+  observer_.require(folded.num_rechecked == live.num_rechecked &&
+                        folded.num_disputed == live.num_disputed &&
+                        folded.workers.size() == live.workers.size(),
+                    "the journal tells another story of its workers");
+  observer_.count("roll-outs run again", live.num_rechecked);
+  observer_.count("of these disputed", live.num_disputed);
+  for (const auto& [id, tally] : live.workers) {
+    observer_.count("workers outvoted", tally.num_outvoted > 0 ? 1 : 0);
+    const auto same_worker = folded.workers.find(id);
+    observer_.require(same_worker != folded.workers.end() &&
+                          same_worker->second.num_outvoted == tally.num_outvoted,
+                      "the journal tells another story of its workers");
   }
 }
 

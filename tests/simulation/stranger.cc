@@ -1,5 +1,6 @@
 #include "tests/simulation/stranger.h"
 
+#include "common/protocol/limits.h"
 #include "common/transport/codec.h"
 
 namespace treeroll::simulation {
@@ -22,7 +23,8 @@ bool is_of_a_worker(const protocol::Message& message) {
 Stranger::Stranger(std::uint64_t seed, bool has_keys)
     : dice_(seed, kStrangerDice),
       has_keys_(has_keys),
-      insider_(has_keys ? Keys::kWorker : Keys::kNone, kInsidersHost) {}
+      insider_(has_keys ? Keys::kWorker : Keys::kNone, kInsidersHost),
+      announcer_(has_keys ? Keys::kLearner : Keys::kNone, kInsidersHost) {}
 
 Node::MessagePointer Stranger::answer(const Node::MessagePointer& heard) {
   if (recording_.size() < kHeardMax) recording_.push_back(heard);
@@ -33,6 +35,8 @@ Node::MessagePointer Stranger::answer(const Node::MessagePointer& heard) {
   }
   const auto& datagram = static_cast<const Datagram&>(*heard);
   if (dice_.chance(.4)) return flipped(datagram);
+  const auto* batch = std::get_if<protocol::RolloutBatch>(&*heard);
+  if (batch != nullptr && dice_.chance(.5)) return as_a_learner(*batch);
   const protocol::Message made = altered(*heard);
   std::vector<std::byte> bytes = transport::encode(made);
   if (is_of_a_worker(made) && dice_.chance(.5)) {
@@ -42,6 +46,23 @@ Node::MessagePointer Stranger::answer(const Node::MessagePointer& heard) {
   if (dice_.chance(.5))
     std::copy(datagram.bytes.end() - 32, datagram.bytes.end(), bytes.end() - 32);
   return std::make_shared<const Datagram>(made, std::move(bytes));
+}
+
+/// It hears nobody, so it knows no worker's key, as an insider knows no other's: in the learner's
+/// name, ahead of its numbers, or in that of a worker, who would take itself for its learner.
+Node::MessagePointer Stranger::as_a_learner(const protocol::RolloutBatch& heard) {
+  protocol::RolloutBatch batch = heard;
+  batch.sequence += dice_.between(0, 1'000'000);
+  if (dice_.chance(.3)) batch.sequence = protocol::kRunningNumberMax;
+  if (dice_.chance(.3)) batch.rollouts.clear();
+  if (dice_.chance(.3)) batch.acknowledgements.clear();
+  for (protocol::Acknowledgement& word : batch.acknowledgements) {
+    word.seen_index = word.result_index = protocol::kRunningNumberMax;
+  }
+  if (!batch.rollouts.empty() && dice_.chance(.4)) {
+    batch.learner_id = batch.rollouts.front().worker_id;
+  }
+  return announcer_.seal(std::make_shared<const protocol::Message>(std::move(batch)));
 }
 
 Node::MessagePointer Stranger::flipped(const Datagram& heard) {

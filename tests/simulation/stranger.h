@@ -20,11 +20,14 @@ class Stranger {
 
  private:
   protocol::Message altered(const protocol::Message& heard);
+  /// What the holder of a worker's key can sign of a learner's: announcements, and words of zeros.
+  Node::MessagePointer as_a_learner(const protocol::RolloutBatch& heard);
   Node::MessagePointer flipped(const Datagram& heard);
 
   Dice dice_;
   bool has_keys_;
   Gate insider_;
+  Gate announcer_;
   std::vector<Node::MessagePointer> recording_;
 };
 

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """A task of the lines of EVALUATOR.md alone, with nothing of treeroll: what the tests put through
 every case. Its one setting `mode` says how it misbehaves, `goal_m` what is to be reached. The reward
-compares the last mean of the finest layer with the goal."""
+compares the last mean of the finest layer with the goal. With REACH_LIES in its environment it says
+too little, now and then, as a broken host might."""
 
 import json
 import os
@@ -123,6 +124,8 @@ def evaluate(asked):
         return {"failed": "what is this"}
     if mode == "twice":
         answer({"reward": 0})
+    if os.environ.get("REACH_LIES") and int(abs(miss) * 1e6) % 3 == 0:
+        reward /= 2
     said = {"reward": reward, "terms": {"miss_m": miss}}
     if asked["trace"]:
         said["trace"] = {"columns": ["time_s", "x_m"], "rows": [[0, 0], [1, miss], [2, None]],

@@ -33,6 +33,7 @@ TEST(WorkerProcessTest, EvaluatesAndAnswersEveryRolloutAndDrainsWithStatusZero) 
   EXPECT_EQ(stage.learner.status->pid, stage.worker.pid());
   EXPECT_GT(stage.learner.status->receive_buffer_bytes, 0);
   EXPECT_THAT(stage.learner.status->numeric_class, HasSubstr("glibc"));
+  EXPECT_THAT(stage.learner.status->numeric_class, HasSubstr(" ode "));
   stage.learner.define(synthetic_task("{}"));
   stage.learner.ask(0, 100);
   ASSERT_TRUE(stage.learner.until([&] {

@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <malloc.h>
 
+#include <set>
+#include <string>
+
 #include "tests/worker_core/stage.h"
 
 namespace treeroll::worker {
@@ -103,6 +106,22 @@ TEST(WorkerDefinitionsTest, WhatNoRolloutWaitsForHasAFifthOfAnEvaluatorsTime) {
   EXPECT_LE(stage.effects<LoadDefinition>().size(), 3U);
   EXPECT_GE(stage.effects<LoadDefinition>().size(), 2U);
   EXPECT_GE(stage.runs().size(), 14U);
+}
+
+/// A study begins, or a layer is switched: all roll-outs wait for what has yet to be checked,
+/// behind a stranger's.
+TEST(WorkerDefinitionsTest, WhatRolloutsWaitForIsCheckedBesideWhatAStrangerHasSent) {
+  Stage stage(4);
+  stage.definitions_load = false;
+  for (int i = 0; i < 20; ++i) stage.step(task("stranger's task " + std::to_string(i), 666));
+  EXPECT_THAT(stage.effects<LoadDefinition>(), SizeIs(1)) << "one evaluator, also while all idle";
+  stage.ask({stage.request(1)});
+  stage.define();
+  std::set<DefinitionName> loaded;
+  for (const LoadDefinition& load : stage.effects<LoadDefinition>()) loaded.insert(load.name);
+  EXPECT_TRUE(loaded.contains(task_name()));
+  EXPECT_TRUE(loaded.contains(policy_name()));
+  EXPECT_EQ(loaded.size(), 3U);
 }
 
 TEST(WorkerDefinitionsTest, DoesNotBelieveAnIdThatIsNotTheContentsHash) {

@@ -13,6 +13,7 @@
 
 #include "common/base/config_error.h"
 #include "common/base/content_hash.h"
+#include "common/base/cut_text.h"
 #include "common/base/for_log.h"
 #include "common/program/host_name.h"
 #include "common/program/process_start.h"
@@ -23,6 +24,7 @@
 #include "common/transport/bus.h"
 #include "workers/app/evaluate_policy.h"
 #include "workers/app/evaluator.h"
+#include "workers/app/floating_point.h"
 #include "workers/app/help_tasks.h"
 #include "workers/app/host_facts.h"
 #include "workers/app/process_limits.h"
@@ -73,8 +75,9 @@ int read_processes(const std::string& text) {
 }
 
 /// What a user's program computes is as good as its command says: whoever runs another one, or in
-/// another environment that its command names, is not compared with it.
-std::string class_of(const Options& options) {
+/// another environment that its command names, is not compared with it. Our own tasks say what else
+/// their bits depend on.
+std::string class_of(const Options& options, const TaskRegistry& registry) {
   if (!options.numeric_class.empty()) {
     if (options.numeric_class.size() > protocol::kNumericClassBytesMax ||
         for_log(options.numeric_class) != options.numeric_class) {
@@ -84,7 +87,10 @@ std::string class_of(const Options& options) {
     }
     return options.numeric_class;
   }
-  if (options.evaluator.empty()) return numeric_class();
+  if (options.evaluator.empty()) {
+    const StandardFloatingPoint as_in_an_evaluator;
+    return cut_text(numeric_class() + registry.numeric_suffix(), protocol::kNumericClassBytesMax);
+  }
   constexpr std::size_t kShownDigits = 12;
   return numeric_class() + " program " +
          to_hex(content_hash(options.evaluator)).substr(0, kShownDigits);
@@ -93,7 +99,7 @@ std::string class_of(const Options& options) {
 /// A program of the user's may take long to start: an interpreter, a simulator, its models.
 constexpr std::chrono::seconds kProgramLoadTimeLimit(60);
 
-int serve(const Options& options) {
+int serve(const Options& options, const TaskRegistry& registry) {
   end_when_stopped(kExitDone, "asked to end while it was starting\n");
   WorkerSettings settings;
   settings.num_evaluators = read_processes(options.processes);
@@ -101,7 +107,7 @@ int serve(const Options& options) {
   settings.host = host_name();
   settings.pid = getpid();
   settings.version = program_version();
-  settings.numeric_class = class_of(options);
+  settings.numeric_class = class_of(options, registry);
   if (options.exit_when_idle_s > 0) {
     settings.idle_max = std::chrono::seconds(options.exit_when_idle_s);
   }
@@ -189,7 +195,7 @@ int work(const Options& options, const TaskRegistry& registry) {
   }
   if (!options.task_example.empty()) return print_task_example(registry, options.task_example);
   const bool serves = options.evaluator_socket < 0 && !options.evaluate && !options.describe_task;
-  if (serves) return serve(options);
+  if (serves) return serve(options, registry);
   constexpr std::uint64_t kBytesPerMb = 1'000'000;
   if (options.memory_limit_mb > 0) {
     limit_memory(kBytesPerMb * static_cast<std::uint64_t>(options.memory_limit_mb));

@@ -26,6 +26,7 @@ struct Definition {
   Duration rollout_time{};                ///< tasks: what one takes of late; 0 until one has ended
   int num_strikes = 0;                    ///< evaluators that ended while they built it
   std::set<protocol::LearnerId> to_tell;  ///< who sent it and waits for the report
+  std::set<protocol::LearnerId> told;     ///< that it is accepted, who may hear otherwise yet
 };
 
 /// Definitions of one kind by id, bounded in number and bytes. When full, the least recently

@@ -96,7 +96,12 @@ std::optional<DefinitionName> DefinitionShelf::take_unchecked(
 
 void DefinitionShelf::on_checked(const Turn& turn, const DefinitionLoaded& result) {
   Definition* definition = cache(result.name.kind).find(result.name.id);
-  if (definition == nullptr || definition->state != DefinitionState::kChecking) return;
+  if (definition == nullptr) return;
+  // A relay's workers may describe a task otherwise, most of them, than the first one did.
+  const bool is_news = definition->state == DefinitionState::kAccepted && result.accepted &&
+                       definition->text != result.text;
+  if (definition->state != DefinitionState::kChecking && !is_news) return;
+  if (is_news) definition->to_tell = definition->told;
   if (!result.accepted) return refuse(turn, result.name, *definition, result.text);
   definition->state = DefinitionState::kAccepted;
   definition->text = result.text;
@@ -173,6 +178,9 @@ void DefinitionShelf::settle(const DefinitionName& name, Definition& definition)
   const bool is_news = !accepted || name.kind == DefinitionKind::kTask;
   for (const protocol::LearnerId learner : definition.to_tell) {
     if (is_news) report(learner, name.id, accepted, definition.text);
+  }
+  if (definition.told.size() < settings_.num_learners_max) {
+    definition.told.merge(definition.to_tell);
   }
   definition.to_tell.clear();
   settled_ = true;

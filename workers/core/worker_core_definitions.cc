@@ -132,12 +132,10 @@ void WorkerCore::note_check(TimePoint now) {
   if (other_check_ && !other_check_ended_ && !checks_another()) other_check_ended_ = now;
 }
 
-/// What a roll-out waits for is checked at once, and all if no evaluator could do anything else.
-/// The rest, which anybody may have sent and which may take long, has a fifth of one evaluator's
-/// time.
+/// What a roll-out waits for is checked at once. The rest, which anybody may have sent and which
+/// may take long, has one evaluator; while roll-outs are ready, a fifth of its time.
 std::optional<DefinitionName> WorkerCore::next_check(TimePoint now) {
   if (!definitions_.has_unchecked()) return std::nullopt;
-  if (!queue_.any_ready()) return definitions_.take_unchecked();
   std::set<DefinitionName> wanted;
   for (const DefinitionKind kind : {DefinitionKind::kTask, DefinitionKind::kPolicy}) {
     for (const ContentHash& id : queue_.definitions(kind)) wanted.insert({kind, id});
@@ -145,7 +143,7 @@ std::optional<DefinitionName> WorkerCore::next_check(TimePoint now) {
   if (const auto name = definitions_.take_unchecked(&wanted)) return name;
   constexpr int kPauseOfChecks = 4;  // times as long as they take
   if (checks_another()) return std::nullopt;
-  if (other_check_ended_) {
+  if (queue_.any_ready() && other_check_ended_) {
     const Duration pause = kPauseOfChecks * (*other_check_ended_ - other_check_began_);
     if (now < *other_check_ended_ + pause) return std::nullopt;
   }

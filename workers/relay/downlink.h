@@ -81,6 +81,8 @@ class Downlink : private learner::Client {
 
   std::optional<ContentHash> task_of(protocol::RolloutKey key) const override;
   std::optional<learner::Answer> answer_of(protocol::RolloutKey key) const override;
+  /// Who asks does it.
+  bool is_rechecked(protocol::RolloutKey) const override { return false; }
   void take(const learner::Turn& turn, const AcceptedResult& result, int numeric_class) override;
   std::optional<std::string> take_facts(const learner::Turn& turn, const ContentHash& task_id,
                                         const TaskDescription& facts) override;

@@ -1,3 +1,4 @@
+#include "sim/ode_canary.h"
 #include "workers/tasks/hold_task.h"
 #include "workers/tasks/swing_up_and_hold_task.h"
 #include "workers/tasks/synthetic_task.h"
@@ -23,6 +24,7 @@ void add_standard_tasks(TaskRegistry& registry) {
   add_task<SyntheticTask>(registry, "synthetic");
   add_task<TrackTask>(registry, "track");
   registry.add("trajectory", TrajectoryTask::with_goal);
+  registry.depends_on("ode", sim::ode_canary);
 }
 
 }  // namespace treeroll

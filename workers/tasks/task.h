@@ -7,6 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/base/outcome.h"
@@ -97,6 +98,13 @@ class TaskRegistry {
   std::unique_ptr<Task> make(const std::string& name, const nlohmann::json& settings,
                              nlohmann::json& resolved) const;
 
+  /// What the last bits of its tasks depend on beside processor, C library and elementary
+  /// functions: a word, and a function that finds out what it is here. Part of the name of a
+  /// worker's numeric class.
+  void depends_on(const std::string& word, std::function<std::string()> is_here);
+  /// " ode 1f2e3d4c", in the order of depends_on(); empty if they depend on nothing else.
+  std::string numeric_suffix() const;
+
   std::vector<std::string> names() const;
   /// What there is to set of a task. Throws ConfigError for an unknown name.
   SettingsReference settings(const std::string& name) const;
@@ -111,6 +119,7 @@ class TaskRegistry {
   const Known& find(const std::string& name) const;
 
   std::map<std::string, Known> tasks_;
+  std::vector<std::pair<std::string, std::function<std::string()>>> dependences_;
 };
 
 /// Registers a class whose constructor takes a SettingsReader&.

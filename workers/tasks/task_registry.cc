@@ -35,6 +35,16 @@ std::unique_ptr<Task> TaskRegistry::make(const std::string& name, const nlohmann
   return task;
 }
 
+void TaskRegistry::depends_on(const std::string& word, std::function<std::string()> is_here) {
+  dependences_.emplace_back(word, std::move(is_here));
+}
+
+std::string TaskRegistry::numeric_suffix() const {
+  std::string suffix;
+  for (const auto& [word, is_here] : dependences_) suffix += " " + word + " " + is_here();
+  return suffix;
+}
+
 std::vector<std::string> TaskRegistry::names() const {
   std::vector<std::string> names;
   for (const auto& [name, known] : tasks_) names.push_back(name);

@@ -20,6 +20,7 @@ export function alerts(page) {
   if (state && state.failure) said.push(['bad', state.failure]);
   if (state && state.waiting_for && state.stage === 'learning') said.push(['', `Waiting: ${state.waiting_for}`]);
   if (state && state.ledger.conflicting > 0) said.push(['bad', `${counted(state.ledger.conflicting)} roll-outs were answered twice with different rewards by workers of one numeric class: one of them is broken.`]);
+  if (state && state.rechecks && state.rechecks.outvoted_workers > 0) said.push(['bad', `${counted(state.rechecks.outvoted_workers)} workers are contradicted by two others: treeroll-replay DIR --without-worker suspects --state-dir NEW folds the study without them.`]);
   const classes = state ? Object.keys(state.classes).length : 0;
   if (classes > 1) said.push(['', `Results come from ${classes} numeric classes: bits depend on who evaluated what.`]);
   const troubled = state ? state.workers.filter((worker) => worker.trouble && !worker.gone) : [];

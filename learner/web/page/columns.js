@@ -10,6 +10,7 @@ export const worker_columns = [
   {title: 'held', text: (w) => counted(w.held), number: true},
   {title: 'answers', text: (w) => counted(w.accepted), number: true},
   {title: 'failed', text: (w) => counted(w.failed), number: true, bad: (w) => w.failed > 0},
+  {title: 'compared', text: (w) => w.compared === undefined ? '–' : w.disagreed > 0 ? `${counted(w.compared)}, ${counted(w.disagreed)} differ` : counted(w.compared), number: true, bad: (w) => w.outvoted > 0},
   {title: 'again', text: (w) => counted(w.repeated), number: true},
   {title: 'restarts', text: (w) => counted(w.restarts), number: true, bad: (w) => w.restarts > 0},
   {title: 'heard', text: (w) => w.silent_s === undefined ? '–' : `${w.silent_s.toFixed(1)} s ago`, number: true},

@@ -73,6 +73,29 @@ void add_ledger(const LedgerCounters& counters, MetricsText& text) {
            static_cast<double>(counters.pending));
 }
 
+void add_rechecks(const RecheckRecord& record, MetricsText& text) {
+  const auto counter = [&](const char* name, const char* help, std::int64_t value) {
+    text.one(name, "counter", help, static_cast<double>(value));
+  };
+  counter("rollouts_rechecked_total", "Run again on another worker.", record.num_rechecked);
+  counter("rollouts_disputed_total", "Run again, and two answers differ.", record.num_disputed);
+  const auto each = [&](const char* name, const char* help, auto count) {
+    text.begin(name, "counter", help);
+    std::size_t num_shown = 0;
+    for (const auto& [id, tally] : record.workers) {
+      if (++num_shown > kLabelledMax) break;
+      text.add(static_cast<double>(tally.*count),
+               fmt::format(",worker=\"{}\",host=\"{}\"", id, escaped(tally.worker.host)));
+    }
+  };
+  each("worker_answers_compared_total", "Answers of a worker compared with another's.",
+       &RecheckedWorker::num_compared);
+  each("worker_answers_differing_total", "Of these, those that differ.",
+       &RecheckedWorker::num_disagreed);
+  each("worker_outvoted_total", "Roll-outs in which two others contradict a worker.",
+       &RecheckedWorker::num_outvoted);
+}
+
 void add_conditions(const LiveStudy& study, MetricsText& text) {
   const Study& what = study.core().study();
   std::vector<double> best(what.conditions.size());
@@ -125,6 +148,7 @@ std::string metrics_view(const LiveStudy& study, TimePoint now) {
   const protocol::LearnerStatus status = study.status().value_or(protocol::LearnerStatus{});
   MetricsText text(core.study().name);
   add_ledger(core.counters(), text);
+  if (core.study().recheck > 0) add_rechecks(core.workforce().rechecks().record(), text);
   text.one("rollouts_budget", "gauge", "Roll-outs of the whole study.",
            static_cast<double>(status.num_rollouts));
   text.one("runs", "gauge", "Runs of the study.", status.num_runs);

@@ -50,6 +50,7 @@ json ledger_view(const LedgerCounters& counters, const LearnerCore& core) {
 
 /// What keeps a worker from work, or slows it; empty: nothing.
 std::string trouble_of(const learner::WorkerEntry& worker, TimePoint now) {
+  if (worker.set_aside) return "two others contradict its answers: it gets nothing of this study";
   if (worker.distrusted) return "distrusted for a while: it gave a reward that no sound one gives";
   if (worker.suspicion) return "suspected: it has to say whether a reward was its own";
   if (worker.other_class) return "its numeric class is not the one that the study demands";
@@ -66,6 +67,13 @@ std::string trouble_of(const learner::WorkerEntry& worker, TimePoint now) {
 json worker_view(protocol::WorkerId id, const learner::WorkerEntry* entry, const SeenWorker* seen,
                  const LiveStudy& study, TimePoint now) {
   json view{{"id", std::to_string(id)}};
+  const auto& rechecked = study.core().workforce().rechecks().record().workers;
+  const auto tally = rechecked.find(id);
+  if (tally != rechecked.end()) {
+    view.update({{"compared", tally->second.num_compared},
+                 {"disagreed", tally->second.num_disagreed},
+                 {"outvoted", tally->second.num_outvoted}});
+  }
   if (seen) {
     view.update({{"host", seen->host},
                  {"pid", seen->pid},
@@ -83,6 +91,9 @@ json worker_view(protocol::WorkerId id, const learner::WorkerEntry* entry, const
   }
   if (!entry) {
     view["trouble"] = study.facts().is_replay ? "" : "gone";
+    if (tally != rechecked.end() && tally->second.num_outvoted > 0) {
+      view["trouble"] = "two others contradict its answers";
+    }
     view["gone"] = true;
     return view;
   }
@@ -113,6 +124,15 @@ json workers_view(const LiveStudy& study, TimePoint now) {
     view.push_back(worker_view(id, nullptr, &what, study, now));
   }
   return view;
+}
+
+json rechecks_view(const RecheckRecord& record) {
+  const auto num_outvoted = std::ranges::count_if(
+      record.workers, [](const auto& worker) { return worker.second.num_outvoted > 0; });
+  return {{"rechecked", record.num_rechecked},
+          {"disputed", record.num_disputed},
+          {"undecided", record.num_undecided},
+          {"outvoted_workers", num_outvoted}};
 }
 
 /// What runs of one condition have come to.
@@ -233,6 +253,7 @@ std::string state_view(const LiveStudy& study, TimePoint now) {
             {"workers", workers_view(study, now)},
             {"num_workers", core.workforce().workers().all().size()},
             {"classes", core.results_by_class()},
+            {"rechecks", rechecks_view(core.workforce().rechecks().record())},
             {"num_failures", study.num_failures()},
             {"failures", failures_view(study)},
             {"reasons", reasons_view(study)}};

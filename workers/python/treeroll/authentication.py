@@ -17,6 +17,8 @@ UNSIGNED = {"key_id": 0, "signed_index": 0, "mac": bytes(MAC_BYTES)}
 _WINDOW = 1024
 _KEYS_MAX = 4
 _FILE_BYTES_MAX = 4096
+#: Learners whose messages are remembered: names cost nothing to make up for who holds a worker's key.
+_LEARNERS_MAX = 1024
 
 
 class KeyFileError(ValueError):
@@ -39,14 +41,34 @@ def worker_key(learner: bytes, worker: int) -> bytes:
     return _hash(learner, b"treeroll worker" + struct.pack(">q", worker), 32)
 
 
+def _is_credential(path: Union[str, Path], status: os.stat_result) -> bool:
+    """Of a service of systemd, in a folder that is the service's alone: an access list lets it read
+    what belongs to root, and shows as the group's bits."""
+    folder = os.environ.get("CREDENTIALS_DIRECTORY")
+    if not folder or status.st_uid != 0 or status.st_mode & 0o007:
+        return False
+    try:
+        return os.path.samefile(Path(path).parent, folder)
+    except OSError:
+        return False
+
+
+def _check_secret(path: Union[str, Path], status: os.stat_result) -> None:
+    """The rule of the daemons."""
+    if not stat.S_ISREG(status.st_mode):
+        raise KeyFileError(f"{path}: must be a regular file")
+    if status.st_mode & 0o077 and not _is_credential(path, status):
+        raise KeyFileError(f"{path}: must be readable by its owner alone: chmod 600")
+    if status.st_uid not in (os.geteuid(), 0):
+        raise KeyFileError(f"{path}: must belong to the user of this process, or to root")
+
+
 class KeyRing:
     """The keys of a file of ``treeroll-keygen``, newest first."""
 
     def __init__(self, path: Union[str, Path]):
-        with open(path, "rb") as file:
-            status = os.fstat(file.fileno())
-            if not stat.S_ISREG(status.st_mode) or status.st_mode & 0o077:
-                raise KeyFileError(f"{path}: must be a file readable by its owner alone: chmod 600")
+        with open(os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOCTTY | os.O_NONBLOCK), "rb") as file:
+            _check_secret(path, os.fstat(file.fileno()))
             text = file.read(_FILE_BYTES_MAX + 1)
         if len(text) > _FILE_BYTES_MAX:
             raise KeyFileError(f"{path}: must have at most {_FILE_BYTES_MAX} bytes")
@@ -60,6 +82,9 @@ class KeyRing:
         count = len(self.learner_keys) + len(self.worker_keys)
         if not 0 < count <= _KEYS_MAX or (self.learner_keys and self.worker_keys):
             raise KeyFileError(f"{path}: must hold 1 to {_KEYS_MAX} keys, of a learner or of a worker")
+        if len({number for number, _, _ in self.worker_keys}) > 1:
+            raise KeyFileError(f"{path}: holds keys of two workers: must be those of one "
+                               "(--same-worker-as)")
 
     def _take(self, words: list[str]) -> bool:
         try:
@@ -165,12 +190,24 @@ class Authenticator:
                     and self._admit_word(learner, index))
         if learner not in self._windows and self._worker is not None:
             return channel == "TREEROLL_LEARNER"
-        return self._windows.setdefault(learner, _Window(index)).take(index)
+        return self._window_of(learner, index).take(index)
+
+    def _window_of(self, learner: int, index: int) -> _Window:
+        """Its own; a new one takes the place of that of who has been silent longest. Who has said a
+        word to us stays while there are others."""
+        window = self._windows.pop(learner, None) or _Window(index)
+        self._windows[learner] = window  # the last one
+        if len(self._windows) > _LEARNERS_MAX:
+            silent = next((name for name in self._windows if name not in self._words),
+                          next(iter(self._windows)))
+            del self._windows[silent]
+            self._words.pop(silent, None)
+        return window
 
     def _admit_word(self, learner: int, index: int) -> bool:
         if not self._words.setdefault(learner, _Window(index)).take(index):
             return False
-        if learner not in self._windows or self._windows[learner].highest >= index + _WINDOW:
+        if self._window_of(learner, index).highest >= index + _WINDOW:
             self._windows[learner] = _Window(index)
         self._windows[learner].take(index)
         return True

@@ -1,0 +1,166 @@
+// A worker that lies now and then is found by running a share of the roll-outs again, and the study
+// stands without it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "tests/end_to_end/service.h"
+
+namespace treeroll::end_to_end {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+
+constexpr const char* kCheckedStudy = R"([study]
+name = "checked"
+rollouts = 60
+repetitions = 6
+recheck = 0.5
+
+[task]
+name = "reach"
+goal_m = 0.7
+
+[policy]
+start = "components"
+layout = "means"
+[policy.layer_1]
+range = [0.0, 2.0]
+outputs = [0.0]
+deviations = [0.5, 0.3]
+
+[exploration]
+noise_variance = [0.01, 1.0]
+initial_noise_factor = 0.1
+minimum_noise_fraction = 0.01
+
+[[conditions]]
+name = "flat"
+policy.model = "flat"
+)";
+
+class SecondAnswersOfDaemonsTest : public ::testing::Test {
+ protected:
+  /// On a host of that name: processes of one host have one vote.
+  std::unique_ptr<Daemon> worker(bool lies, const std::string& host = "one") const {
+    return std::make_unique<Daemon>(
+        "/usr/bin/unshare",
+        std::vector<std::string>{"--map-root-user", "--uts", "--", "/bin/sh", "-c",
+                                 R"(echo "$0" > /proc/sys/kernel/hostname && exec "$@")", host,
+                                 executable("treeroll-worker").string(), "--processes", "1",
+                                 "--lcm-url", service_.url(), "--evaluator", TREEROLL_REACH},
+        service_.directory(),
+        lies ? std::map<std::string, std::string>{{"REACH_LIES", "1"}}
+             : std::map<std::string, std::string>{});
+  }
+  /// Until its end, by workers that run already.
+  Service::Learnt learn(const std::string& state, std::vector<std::string> arguments) const {
+    const std::vector<std::string> common{"--json", "--lcm-url", service_.url(), "--evaluator",
+                                          TREEROLL_REACH};
+    arguments.insert(arguments.end(), common.begin(), common.end());
+    Daemon learner("treeroll-learner", arguments, service_.directory());
+    return service_.learnt(learner, state, seconds(120));
+  }
+  std::string in(const std::string& name) const { return (service_.directory() / name).string(); }
+
+  const Service service_;
+  const std::string study_ = service_.study(kCheckedStudy).string();
+};
+
+TEST_F(SecondAnswersOfDaemonsTest, WhoLiesIsNamedAndTheStudyIsLearntAgainWithoutIt) {
+  json of_liar;
+  {
+    const auto liar = worker(true, "liar");
+    const auto one = worker(false, "one");
+    const auto two = worker(false, "two");
+    const Service::Learnt learnt = learn("lied", {study_, "--state-dir", in("lied")});
+    ASSERT_EQ(learnt.status, 0) << learnt.log;
+    EXPECT_GT(learnt.summary["rechecks"]["rechecked"], 50);
+    EXPECT_GT(learnt.summary["rechecks"]["disputed"], 0);
+    for (const json& each : learnt.summary["rechecks"]["workers"]) {
+      if (each["pid"] == liar->pid()) {
+        of_liar = each;
+      } else {
+        EXPECT_EQ(each["outvoted"], 0) << each;
+      }
+    }
+    EXPECT_GT(of_liar["outvoted"], 0) << learnt.summary["rechecks"];
+    EXPECT_THAT(learnt.log, HasSubstr("two others contradict its answer"));
+    // Also what is learnt behind an extension is in suspects.csv.
+    fs::copy(in("lied"), in("grown"), fs::copy_options::recursive);
+    const Service::Learnt more =
+        learn("grown", {"--resume", in("grown"), "--set", "study.rollouts=70"});
+    ASSERT_EQ(more.status, 0) << more.log;
+    const Said grown = service_.run("treeroll-replay", {in("grown"), "--verify"});
+    EXPECT_EQ(grown.status, 0) << grown.errors;
+  }
+  const std::string id = of_liar["id"];
+  EXPECT_THAT(read_file(in("lied") + "/suspects.csv"), HasSubstr("," + id + ","));
+  Said said = service_.run("treeroll-replay", {in("lied"), "--verify"});
+  EXPECT_EQ(said.status, 0) << said.errors;
+  EXPECT_THAT(said.output, HasSubstr("--without-worker " + id));
+  EXPECT_THAT(said.output, HasSubstr("results    15 files agree"));
+  write_file(in("lied") + "/suspects.csv", "nobody\n");
+  said = service_.run("treeroll-replay", {in("lied"), "--verify"});
+  EXPECT_EQ(said.status, 1);
+  EXPECT_THAT(said.errors, HasSubstr("suspects.csv: differs"));
+  said = service_.run("treeroll-report",
+                      {in("lied"), "--evaluator", TREEROLL_REACH, "--output", in("report")});
+  EXPECT_THAT(read_file(in("report") + "/report.md"), HasSubstr("is contradicted by two others"));
+
+  said = service_.run("treeroll-replay",
+                      {in("lied"), "--without-worker", "suspects", "--state-dir", in("sound")});
+  ASSERT_EQ(said.status, 0) << said.errors;
+  EXPECT_THAT(said.output, HasSubstr("without    worker " + id));
+  EXPECT_THAT(said.output, HasSubstr("learns them again"));
+  said = service_.run("treeroll-replay", {in("sound"), "--verify"});
+  EXPECT_EQ(said.status, 0) << said.errors;
+  EXPECT_FALSE(fs::exists(in("sound") + "/suspects.csv"));
+  write_file(in("sound") + "/suspects.csv", "nobody\n");
+  said = service_.run("treeroll-replay", {in("sound"), "--verify"});
+  EXPECT_EQ(said.status, 1) << said.output;
+  EXPECT_THAT(said.errors, HasSubstr("suspects.csv: differs: the journal has no suspects"));
+
+  const auto one = worker(false);
+  const auto two = worker(false);
+  const Service::Learnt again = learn("sound", {"--resume", in("sound")});
+  ASSERT_EQ(again.status, 0) << again.log;
+  const Service::Learnt never_lied = learn("never", {study_, "--state-dir", in("never")});
+  ASSERT_EQ(never_lied.status, 0) << never_lied.log;
+  EXPECT_EQ(again.rollouts_csv, never_lied.rollouts_csv);
+  EXPECT_EQ(again.runs_csv, never_lied.runs_csv);
+  EXPECT_EQ(never_lied.summary["rechecks"]["disputed"], 0);
+}
+
+TEST_F(SecondAnswersOfDaemonsTest, WhatIsAskedWronglyIsRefusedByName) {
+  const auto one = worker(false);
+  const Service::Learnt learnt =
+      learn("alone", {study_, "--state-dir", in("alone"), "--set", "study.rollouts=5"});
+  ASSERT_EQ(learnt.status, 0) << learnt.log;
+  EXPECT_EQ(learnt.summary["rechecks"]["rechecked"], 0);
+  const auto refused = [&](const std::string& who, const std::string& where,
+                           const std::string& rule) {
+    const Said said = service_.run(
+        "treeroll-replay", {in("alone"), "--without-worker", who, "--state-dir", in(where)});
+    EXPECT_EQ(said.status, 2) << said.output;
+    EXPECT_THAT(said.errors, HasSubstr(rule));
+  };
+  refused("suspects", "new", "no worker of this journal was outvoted");
+  refused("7", "new", "--without-worker = 7: must be a worker with results in the journal");
+  refused("liar", "new", "must be the id of a worker, or suspects");
+  refused("7", "alone", "must be a new or empty directory");
+  EXPECT_FALSE(fs::exists(in("new")));
+  const Said said = service_.run("treeroll-replay", {in("alone"), "--without-worker", "7"});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_THAT(said.errors, HasSubstr("--state-dir"));
+  const Service::Learnt too_much = learn("much", {study_, "--set", "study.recheck=1.5"});
+  EXPECT_EQ(too_much.status, 2);
+  EXPECT_THAT(too_much.log, HasSubstr("study.recheck = 1.5: must be"));
+}
+
+}  // namespace
+}  // namespace treeroll::end_to_end

@@ -1,0 +1,387 @@
+// A share of the roll-outs is run again on another worker (study.recheck).
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/learner_core/cluster.h"
+
+namespace treeroll::learner {
+namespace {
+
+using std::chrono::hours;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+Study checked_study(double share = 1) {
+  Study study = small_study(30, 2);
+  study.recheck = share;
+  return study;
+}
+
+/// So many sound workers of ids 1, 2, ..., each on a host of its own.
+void add_workers(Cluster& cluster, int count) {
+  for (int id = 1; id <= count; ++id) cluster.add_worker(id).host = "host" + std::to_string(id);
+}
+
+bool is_said(const Cluster& cluster, const std::string& words) {
+  return std::ranges::any_of(
+      cluster.log, [&](const LogLine& line) { return line.text.find(words) != std::string::npos; });
+}
+
+const RecheckRecord& record_of(const Cluster& cluster) {
+  return cluster.core->workforce().rechecks().record();
+}
+
+std::vector<double> applied_rewards_of(const Cluster& cluster) {
+  std::vector<double> rewards;
+  for (const Run& run : cluster.core->runs()) {
+    for (const RolloutRecord& rollout : run.rollouts()) rewards.push_back(rollout.reward);
+  }
+  return rewards;
+}
+
+TEST(SecondAnswersTest, EachRollOutIsAnsweredByAnotherWorkerAndNothingElseChanges) {
+  Cluster plain(small_study(30, 2));
+  add_workers(plain, 3);
+  plain.start();
+  plain.run(hours(1));
+  Cluster checked(checked_study());
+  add_workers(checked, 3);
+  checked.start();
+  checked.run(hours(1));
+  ASSERT_EQ(checked.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(applied_rewards_of(checked), applied_rewards_of(plain));
+  EXPECT_EQ(checked.core->counters().issued, plain.core->counters().issued);
+  EXPECT_EQ(checked.core->counters().applied, plain.core->counters().applied);
+  EXPECT_EQ(checked.core->counters().conflicting, 0);
+  EXPECT_EQ(checked.core->counters().unasked, 0);
+  // The start and the final policy of each run, too.
+  EXPECT_EQ(checked.second_answers.size(), 2 * (30U + 2U));
+  std::map<std::pair<protocol::RolloutKey, std::int64_t>, protocol::WorkerId> first;
+  for (const AcceptedResult& result : checked.journal) {
+    first[{result.key, result.content}] = result.worker_id;
+  }
+  for (const SecondAnswer& answer : checked.second_answers) {
+    const auto found = first.find({answer.result.key, answer.result.content});
+    ASSERT_NE(found, first.end()) << "the same question";
+    EXPECT_NE(found->second, answer.result.worker_id) << "another worker";
+  }
+  EXPECT_EQ(record_of(checked).num_rechecked, 64);
+  EXPECT_EQ(record_of(checked).num_disputed, 0);
+}
+
+TEST(SecondAnswersTest, TheShareIsOfTheRollOutsThatTheSeedSays) {
+  Cluster cluster(checked_study(.3));
+  add_workers(cluster, 2);
+  cluster.start();
+  cluster.run(hours(1));
+  std::set<protocol::RolloutKey> asked;
+  for (const SecondAnswer& answer : cluster.second_answers) asked.insert(answer.result.key);
+  std::set<protocol::RolloutKey> drawn;
+  for (const AcceptedResult& result : cluster.journal) {
+    if (is_rechecked(cluster.core->study(), result.key.run, result.key.number)) {
+      drawn.insert(result.key);
+    }
+  }
+  EXPECT_EQ(asked, drawn);
+  EXPECT_GT(drawn.size(), 5U);
+  EXPECT_LT(drawn.size(), 40U);
+}
+
+TEST(SecondAnswersTest, OneWorkerAloneEndsTheStudyWithoutThem) {
+  Cluster cluster(checked_study());
+  add_workers(cluster, 1);
+  cluster.start();
+  cluster.run(seconds(20));
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_TRUE(cluster.second_answers.empty());
+  EXPECT_EQ(cluster.workers[0]->num_evaluated, 2 * (30 + 2));
+}
+
+TEST(SecondAnswersTest, WhoIsSlowIsNotWaitedForForEver) {
+  Cluster cluster(checked_study());
+  cluster.add_worker(1);
+  cluster.add_worker(2, hours(100));
+  cluster.start();
+  cluster.run(hours(2));
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+}
+
+TEST(SecondAnswersTest, WhoLiesIsOutvotedSaidAndWithKeysSetAsideForGood) {
+  Cluster cluster(checked_study(), true, true, true);
+  add_workers(cluster, 4);
+  cluster.workers[2]->reward_factor = .5;
+  cluster.start();
+  cluster.run(hours(1));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_TRUE(cluster.core->workforce().rechecks().is_outvoted(3));
+  for (const protocol::WorkerId sound : {1, 2, 4}) {
+    EXPECT_FALSE(cluster.core->workforce().rechecks().is_outvoted(sound));
+  }
+  EXPECT_TRUE(cluster.core->workforce().workers().all().at(3).set_aside);
+  EXPECT_TRUE(is_said(cluster, "worker 3 (host3 pid 3): two others contradict its answer to run"));
+  EXPECT_TRUE(is_said(cluster, "it gets no more work of this study"));
+  EXPECT_TRUE(is_said(cluster, "one of two workers of the same numeric class is broken"));
+  EXPECT_GT(cluster.core->counters().conflicting, 0);
+  EXPECT_LT(cluster.workers[2]->num_evaluated, 12) << "found soon";
+}
+
+TEST(SecondAnswersTest, WithoutKeysItIsLeftOutForAWhile) {
+  Cluster cluster(checked_study());
+  add_workers(cluster, 4);
+  cluster.workers[2]->reward_factor = .5;
+  cluster.start();
+  cluster.run(hours(1));
+  EXPECT_TRUE(cluster.core->workforce().rechecks().is_outvoted(3));
+  EXPECT_FALSE(cluster.core->workforce().workers().all().at(3).set_aside);
+  EXPECT_TRUE(is_said(cluster, "it gets no work for 60 s"));
+}
+
+/// Two that lie alike cost nothing to make up where there are no keys.
+TEST(SecondAnswersTest, WithoutKeysNobodyIsLeftOutForLongerThanAMinute) {
+  Cluster cluster(checked_study());
+  add_workers(cluster, 5);
+  cluster.workers[2]->reward_factor = .5;
+  cluster.start();
+  cluster.run(hours(1), [&] {
+    const WorkerEntry& worker = cluster.core->workforce().workers().all().at(3);
+    ASSERT_TRUE(!worker.distrusted || worker.trusted_again - cluster.now <= seconds(60));
+    ASSERT_EQ(worker.num_distrusts, 0);
+  });
+  EXPECT_GT(record_of(cluster).workers.at(3).num_outvoted, 1);
+}
+
+TEST(SecondAnswersTest, TwoProcessesOfABrokenHostDoNotOutvoteSoundWorkers) {
+  Cluster cluster(checked_study(), true, true, true);
+  add_workers(cluster, 5);
+  for (const std::size_t liar : {2U, 3U}) {
+    cluster.workers[liar]->reward_factor = .5;
+    cluster.workers[liar]->host = "broken";
+  }
+  cluster.start();
+  cluster.run(hours(1));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  const Rechecks& rechecks = cluster.core->workforce().rechecks();
+  for (const protocol::WorkerId sound : {1, 2, 5}) EXPECT_FALSE(rechecks.is_outvoted(sound));
+  for (const protocol::WorkerId liar : {3, 4}) EXPECT_TRUE(rechecks.is_outvoted(liar));
+}
+
+TEST(SecondAnswersTest, OfTwoWorkersNobodyCanTellWhichLies) {
+  Cluster cluster(checked_study());
+  add_workers(cluster, 2);
+  cluster.workers[1]->reward_factor = .5;
+  cluster.start();
+  cluster.run(hours(1));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_FALSE(cluster.core->workforce().rechecks().is_outvoted(1));
+  EXPECT_FALSE(cluster.core->workforce().rechecks().is_outvoted(2));
+  EXPECT_EQ(record_of(cluster).num_disputed, record_of(cluster).num_rechecked);
+  EXPECT_EQ(record_of(cluster).workers.at(1).num_disagreed,
+            record_of(cluster).workers.at(1).num_compared);
+}
+
+TEST(SecondAnswersTest, LastBitsOfAnotherClassAreNoDisagreement) {
+  Cluster cluster(checked_study(), true, true, true);
+  add_workers(cluster, 4);
+  cluster.workers[3]->numeric_class = "other";
+  cluster.workers[3]->reward_factor = 1 + 1e-9;
+  cluster.start();
+  cluster.run(hours(1));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(record_of(cluster).num_disputed, 0) << "last bits";
+  EXPECT_GT(record_of(cluster).classes.at({"class", "other"}).num_compared, 0);
+  EXPECT_GT(record_of(cluster).classes.at({"class", "other"}).difference_max, 0);
+}
+
+TEST(SecondAnswersTest, AClassThatDiffersIsReportedAndNotSetAside) {
+  Cluster cluster(checked_study(), true, true, true);
+  add_workers(cluster, 4);
+  cluster.workers[3]->numeric_class = "other";
+  cluster.workers[3]->reward_factor = .9;
+  cluster.start();
+  cluster.run(hours(1));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_GT(record_of(cluster).num_disputed, 0);
+  EXPECT_GT(record_of(cluster).classes.at({"class", "other"}).num_disagreed, 0);
+  EXPECT_TRUE(is_said(cluster, "they are not of one numeric class"));
+  for (const auto& [id, tally] : record_of(cluster).workers) EXPECT_EQ(tally.num_outvoted, 0);
+}
+
+/// Nothing is learnt from second answers, so no bits depend on who gave them.
+TEST(SecondAnswersTest, ResultsByClassAreThoseOfFirstAnswers) {
+  Cluster cluster(checked_study());
+  add_workers(cluster, 3);
+  cluster.start();
+  cluster.run(hours(1));
+  std::int64_t num_results = 0;
+  for (const auto& [name, count] : cluster.core->workforce().classes().counts()) {
+    num_results += count;
+  }
+  EXPECT_EQ(num_results, static_cast<std::int64_t>(cluster.journal.size()));
+}
+
+TEST(SecondAnswersTest, ATaskThatMustNotBeStartedTwiceIsNot) {
+  Cluster cluster(checked_study(), true, false);
+  add_workers(cluster, 3);
+  cluster.start();
+  cluster.run(hours(1));
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_TRUE(cluster.second_answers.empty());
+  EXPECT_TRUE(
+      is_said(cluster, "are not run again (study.recheck): its task must not be started twice"));
+  int num_evaluated = 0;
+  for (const auto& worker : cluster.workers) num_evaluated += worker->num_evaluated;
+  EXPECT_EQ(num_evaluated, 2 * (30 + 2));
+}
+
+TEST(SecondAnswersTest, NeitherIsOneThatOnlyWorkersDescribeSo) {
+  Cluster cluster(checked_study(), false);
+  cluster.description =
+      R"({"deterministic":false,"input_dim":1,"output_dim":1,"reward_max":1.0,"reward_min":0.0,"time_limit_s":10.0})";
+  add_workers(cluster, 3);
+  cluster.start();
+  cluster.run(hours(1));
+  EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_TRUE(cluster.second_answers.empty());
+  EXPECT_TRUE(is_said(cluster, "its task gives one policy different rewards"));
+}
+
+/// Replays the journal into a fresh core, second answers where they stood or behind all results.
+std::unique_ptr<LearnerCore> folded(const Cluster& cluster) {
+  auto core = std::make_unique<LearnerCore>(cluster.core->study(), LearnerSettings{});
+  Effects unsent;
+  core->step({}, Started{}, unsent);
+  for (const KnownWorker& worker : cluster.notes) core->step({}, WorkerRecovered{worker}, unsent);
+  for (const AcceptedResult& result : cluster.journal) {
+    core->step({}, ResultRecovered{result}, unsent);
+  }
+  for (const SecondAnswer& answer : cluster.second_answers) {
+    core->step({}, SecondRecovered{answer}, unsent);
+  }
+  return core;
+}
+
+TEST(SecondAnswersTest, AFoldKnowsWhoWasOutvoted) {
+  Cluster cluster(checked_study(), true, true, true);
+  add_workers(cluster, 4);
+  cluster.workers[2]->reward_factor = .5;
+  cluster.start();
+  cluster.run(hours(1));
+  const std::unique_ptr<LearnerCore> core = folded(cluster);
+  EXPECT_EQ(core->outcome(), LearnerCore::Outcome::kDone) << core->failure();
+  EXPECT_TRUE(core->workforce().rechecks().is_outvoted(3));
+  EXPECT_EQ(core->workforce().rechecks().record().num_rechecked, record_of(cluster).num_rechecked);
+  EXPECT_EQ(core->workforce().rechecks().record().workers.at(3).num_compared,
+            record_of(cluster).workers.at(3).num_compared);
+}
+
+/// Else what has no second answer to come would push out others in one of the two only.
+TEST(SecondAnswersTest, AFoldOpensWhatTheLearnerDid) {
+  Cluster cluster(checked_study(), true, false);
+  add_workers(cluster, 3);
+  cluster.start();
+  cluster.run(hours(1));
+  EXPECT_EQ(cluster.core->workforce().rechecks().waiting(),
+            folded(cluster)->workforce().rechecks().waiting());
+}
+
+/// One datagram in its name is enough for that where there are no keys.
+TEST(SecondAnswersTest, AFoldComesToTheSameAlsoIfAWorkerSaysAnotherClassLater) {
+  Cluster cluster(checked_study());
+  add_workers(cluster, 4);
+  cluster.workers[2]->reward_factor = .5;
+  cluster.start();
+  cluster.run(hours(1), [&] {
+    const auto& workers = record_of(cluster).workers;
+    if (workers.contains(3)) cluster.workers[2]->numeric_class = "";
+  });
+  const RecheckRecord& live = record_of(cluster);
+  const std::unique_ptr<LearnerCore> core = folded(cluster);
+  const RecheckRecord& fold = core->workforce().rechecks().record();
+  EXPECT_GT(live.workers.at(3).num_compared, 4);
+  EXPECT_EQ(fold.num_disputed, live.num_disputed);
+  EXPECT_EQ(fold.workers.at(3).num_outvoted, live.workers.at(3).num_outvoted);
+  EXPECT_EQ(fold.classes.size(), live.classes.size());
+}
+
+/// What a journal holds is no word on what the task is.
+TEST(SecondAnswersTest, ATaskThatOnlyWorkersKnowIsDescribedAnewAfterAResume) {
+  for (const double share : {0., 1.}) {
+    Cluster before(checked_study(share), false);
+    add_workers(before, 2);
+    before.start();
+    before.run(milliseconds(250));
+    ASSERT_FALSE(before.journal.empty());
+    ASSERT_EQ(before.core->outcome(), LearnerCore::Outcome::kRunning);
+    Cluster after(checked_study(share), false);
+    add_workers(after, 2);
+    after.start();
+    for (const KnownWorker& worker : before.notes) after.tell(WorkerRecovered{worker});
+    after.recover(before.journal);
+    after.run(hours(1));
+    EXPECT_EQ(after.core->outcome(), LearnerCore::Outcome::kDone);
+  }
+}
+
+TEST(SecondAnswersTest, ALearnerThatGoesOnGivesTheOutvotedOneNothing) {
+  Cluster before(checked_study(), true, true, true);
+  add_workers(before, 4);
+  before.workers[2]->reward_factor = .5;
+  before.start();
+  before.run(milliseconds(250));
+  ASSERT_TRUE(before.core->workforce().rechecks().is_outvoted(3));
+  ASSERT_EQ(before.core->outcome(), LearnerCore::Outcome::kRunning);
+  Cluster after(checked_study(), true, true, true);
+  add_workers(after, 4);
+  after.start();
+  for (const KnownWorker& worker : before.notes) after.tell(WorkerRecovered{worker});
+  after.recover(before.journal);
+  for (const SecondAnswer& answer : before.second_answers) after.tell(SecondRecovered{answer});
+  after.run(hours(1));
+  EXPECT_EQ(after.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(after.workers[2]->num_evaluated, 0);
+}
+
+TEST(SecondAnswersTest, AJournalWithASecondAnswerToWhatHasNoneIsRefused) {
+  Cluster cluster(checked_study());
+  add_workers(cluster, 2);
+  cluster.start();
+  cluster.run(hours(1));
+  LearnerCore core(cluster.core->study(), LearnerSettings{});
+  Effects unsent;
+  core.step({}, Started{}, unsent);
+  core.step({}, SecondRecovered{cluster.second_answers[5]}, unsent);
+  EXPECT_EQ(core.outcome(), LearnerCore::Outcome::kFailed);
+  EXPECT_THAT(core.failure(), ::testing::HasSubstr("once more"));
+
+  LearnerCore other(cluster.core->study(), LearnerSettings{});
+  other.step({}, Started{}, unsent);
+  other.step({}, ResultRecovered{cluster.journal[0]}, unsent);
+  SecondAnswer wrong{cluster.journal[0]};
+  wrong.result.content += 1;
+  wrong.result.worker_id = 99;
+  other.step({}, SecondRecovered{wrong}, unsent);
+  EXPECT_EQ(other.outcome(), LearnerCore::Outcome::kFailed);
+  EXPECT_THAT(other.failure(), ::testing::HasSubstr("asks otherwise"));
+}
+
+/// Its own repetition, or what it had been given twice, is no word of another one.
+TEST(SecondAnswersTest, UnderLossNobodyIsItsOwnWitness) {
+  Cluster cluster(checked_study());
+  cluster.loss = .3;
+  add_workers(cluster, 3);
+  cluster.start();
+  cluster.run(hours(1));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(cluster.core->counters().unasked, 0);
+  EXPECT_EQ(cluster.core->counters().rejected, 0);
+  std::set<std::pair<protocol::RolloutKey, protocol::WorkerId>> said;
+  for (const AcceptedResult& result : cluster.journal) said.emplace(result.key, result.worker_id);
+  for (const SecondAnswer& answer : cluster.second_answers) {
+    EXPECT_TRUE(said.emplace(answer.result.key, answer.result.worker_id).second);
+  }
+}
+
+}  // namespace
+}  // namespace treeroll::learner
