@@ -218,9 +218,8 @@ Result<JournalRecord> record_of(std::string_view payload) {
         start.program.begin(), start.program.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
     return JournalRecord(start);
   }
-  const bool is_of_form_1 = cursor.left() == 33;
-  if ((kind == kResult && is_of_form_1) ||
-      ((kind == kResult || kind == kSecond) && cursor.left() >= 41)) {
+  const bool has_no_duration = cursor.left() == 33;  // as all in form 1
+  if ((kind == kResult || kind == kSecond) && (has_no_duration || cursor.left() >= 41)) {
     const Result<AcceptedResult> result = result_of(cursor);
     if (!result) return result.error();
     return kind == kResult ? JournalRecord(*result) : JournalRecord(SecondAnswer{*result});

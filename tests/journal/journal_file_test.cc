@@ -234,7 +234,7 @@ TEST_F(JournalFileTest, ALaterFormIsNamedWithItsProgramAndIsNoDamage) {
   const std::string expected =
       path().string() + ": record 4 at byte " + std::to_string(tail->intact_bytes) +
       ": from here on it is written in form 9 by treeroll 7.1, and this program reads forms up to "
-      "2: take that version";
+      "3: take that version";
   EXPECT_EQ(error_of([this] { (void)read(); }), expected);
   // Salvage would cut off what is whole.
   const auto size = fs::file_size(path());
