@@ -81,8 +81,8 @@ plant("answers applied by arrival in sequence order" learner/core/run.cc
   [[if (PLANTED || !study_->in_sequence)]])
 
 plant("draw counter lost at resume" learner/core/learner_core.cc
-  [[workforce_.withdraw(result.key);]]
-  [[workforce_.withdraw(result.key);
+  [[workforce_.recover(turn, result);]]
+  [[workforce_.recover(turn, result);
   if (PLANTED) ++MEMORY;]])
 plant("draw counter lost at resume" learner/explore/exploration.cc
   [[static_cast<std::uint32_t>(next_draw_)]]
@@ -189,8 +189,8 @@ plant("a void trial repeated with its seed" learner/core/learner_core.cc
   [[draw.rollout, PLANTED ? 0 : trial);]])
 
 plant("a trial made again costs budget" learner/core/ledger.cc
-  [[key.number >= 0 && is_first_trial]]
-  [[key.number >= 0 && (PLANTED || is_first_trial)]])
+  [[question.discarded.empty() && !question]]
+  [[(PLANTED || question.discarded.empty()) && !question]])
 
 plant("a void trial forgotten at resume" learner/core/learner_core.cc
   [[  const AcceptedResult& result = event.result;
