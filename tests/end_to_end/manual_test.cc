@@ -98,8 +98,8 @@ TEST_F(CompletionTest, FishCompletesOptionsAndTheirWords) {
 
 TEST_F(CompletionTest, ZshCompletesOptionsAndTheirWords) {
   if (!fs::exists("/usr/bin/zsh")) GTEST_SKIP() << "no zsh: deploy/install-packages shells";
-  // Only a shell that is typed into completes: it has a terminal, into which words and a tab go. What
-  // is typed before the editor has shown its prompt would come back as it is.
+  // Only a shell that is typed into completes: it has a terminal, into which words and a tab go.
+  // What is typed before the editor has shown its prompt would come back as it is.
   const std::string script = R"(
 zmodload zsh/zpty
 hear() {

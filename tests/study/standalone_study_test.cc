@@ -301,11 +301,11 @@ TEST_F(StandaloneStudyTest, ALargeDemonstrationIsHeldToo) {
 TEST(BegunStudyTest, IsReadWhateverItsStartsCost) {
   const std::string large = study_test::with(
       "model = \"top_down_tree\"",
-      "kind = \"spline\"\nstart = \"constant\"\nrange = [0, 2]\ncoefficients = [500, 997]\n"
-      "values = [0]");
+      "kind = \"spline\"\nstart = \"constant\"\nrange = [0, 2]\ncoefficients = [128, 253]\n"
+      "values = [0, 0, 0, 0]");
   const std::string noise = "noise_variance = [0.01, 0.3, 0.02]";
   std::string text = large;
-  text.replace(text.find(noise), noise.size(), "noise_variance = [0.01]");
+  text.replace(text.find(noise), noise.size(), "noise_variance = [0.01, 0.01, 0.01, 0.01]");
   const StudyText study(text);
   EXPECT_THAT(error_of(study, [](const fs::path& path) { (void)load_study(path, {}); }),
               HasSubstr("exploration.reuse"));

@@ -35,7 +35,8 @@ struct BadStudy {
 const BadStudy kBadStudies[] = {
     {with("name = \"small\"", "name = \"small\"\nrolouts = 5"),
      "FILE:3: study.rolouts = 5: unknown key; known here: discards_max, final_evaluations, "
-     "in_flight, name, numeric_class, order, repetitions, rollouts, seed, stop_after_s (condition "
+     "in_flight, name, numeric_class, order, recheck, repetitions, rollouts, seed, stop_after_s "
+     "(condition "
      "tree)"},
     {with("name = \"small\"", "name = 5"),
      "FILE:2: study.name = 5: must be a string (condition tree)"},
