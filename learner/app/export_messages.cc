@@ -22,7 +22,7 @@ namespace {
 
 using protocol::DefinitionKind;
 
-constexpr double kStatusPeriod_s =
+constexpr double kStatusPeriodSeconds =
     std::chrono::duration<double>(protocol::kLearnerStatusPeriod).count();
 
 /// Times of a journal are anybody's: their difference may be no integer of theirs.
@@ -79,7 +79,7 @@ class StudyMessages {
                                learner_id_));
     }
     // A clock that went back must not silence it. Written so that no forged time overflows.
-    if (time_us_ < status_us_ || seconds_between(status_us_, time_us_) >= kStatusPeriod_s) {
+    if (time_us_ < status_us_ || seconds_between(status_us_, time_us_) >= kStatusPeriodSeconds) {
       send_status(core);
     }
   }
@@ -91,7 +91,7 @@ class StudyMessages {
   }
 
  private:
-  void send(protocol::Message message) {
+  void send(const protocol::Message& message) {
     const std::string channel = fmt::format(
         "{}{}", kReplayedPrefix, transport::channel_name(transport::channel_of(message)));
     log_.append(time_us_, channel, transport::encode(message));
