@@ -26,8 +26,8 @@ ExplorationSettings checked(ExplorationSettings settings, const Policy& start) {
 
 }  // namespace
 
-Exploration::Exploration(ExplorationSettings settings, const Policy& start, std::uint64_t seed,
-                         std::uint32_t repetition)
+Exploration::Exploration(const ExplorationSettings& settings, const Policy& start,
+                         std::uint64_t seed, std::uint32_t repetition)
     : Exploration(settings, start, first_start(checked(settings, start), start), seed, repetition) {
 }
 

@@ -36,7 +36,7 @@ class Exploration {
  public:
   /// Precondition: the settings obey the rules of read_exploration_settings() for this start,
   /// num_rollouts and in_flight are at least 1.
-  Exploration(ExplorationSettings settings, const Policy& start, std::uint64_t seed,
+  Exploration(const ExplorationSettings& settings, const Policy& start, std::uint64_t seed,
               std::uint32_t repetition);
   /// @param first  first_start() of these settings and this start: many runs share it
   Exploration(ExplorationSettings settings, const Policy& start, LayerStart first,
