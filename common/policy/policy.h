@@ -38,10 +38,6 @@ struct PolicyEffect {
   Eigen::VectorXd least;
 };
 
-/// Steps that change the output alike, as Policy::steps_of_equal_effect() has them; an element
-/// counts as moving the output by a thousandth of the most that any does at least.
-Eigen::VectorXd equal_steps(const PolicyEffect& effect);
-
 /// What a picture can show of a policy.
 struct PolicySketch {
   /// Drawn as an ellipse over [input; output].

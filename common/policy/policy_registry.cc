@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "common/base/check.h"
@@ -91,17 +92,18 @@ NamedPolicy PolicyRegistry::read(std::string_view text) const {
   if (found == kinds_.end() || !found->second.make) {
     throw PolicyTextError("$.kind", "must be one of: " + known());
   }
-  const bool has_bounds = value.contains("bounds");  // null is none, and refused
-  const json bounds = has_bounds ? value["bounds"] : json();
-  const bool has_signals = value.contains("signals");
-  const json signals = has_signals ? value["signals"] : json();
+  const auto taken = [&](const char* key) {  // null is there, and refused
+    return value.contains(key) ? std::optional<json>(value[key]) : std::nullopt;
+  };
+  const std::optional<json> bounds = taken("bounds");
+  const std::optional<json> signals = taken("signals");
   for (const char* head : {"format", "version", "kind", "bounds", "signals"}) value.erase(head);
   PolicyPtr policy = found->second.make(PolicyText(value, "$"));
-  if (has_bounds) {
-    policy = bounded(policy, bounds_from_content(PolicyText(bounds, "$.bounds"), *policy));
+  if (bounds) {
+    policy = bounded(policy, bounds_from_content(PolicyText(*bounds, "$.bounds"), *policy));
   }
   NamedPolicy named{policy, {}};
-  if (has_signals) named.signals = read_signals(PolicyText(signals, "$.signals"), *policy);
+  if (signals) named.signals = read_signals(PolicyText(*signals, "$.signals"), *policy);
   return named;
 }
 

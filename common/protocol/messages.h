@@ -21,6 +21,8 @@ using WorkerId = std::int64_t;
 using LearnerId = std::int64_t;
 /// Where there are keys, a worker's name begins as the id of its key does: these bits are its own.
 inline constexpr unsigned kOwnNameBits = 39;
+/// What the names of one key begin with. Without keys names begin at random.
+constexpr std::int64_t key_part(std::int64_t name) { return name >> kOwnNameBits; }
 
 /// One roll-out of one run. Roll-outs of the budget are numbered 0 .. N-1. Outside of it are the
 /// evaluations of the start policy, -2, and of the final mean policy, -1, -3, -4, ...

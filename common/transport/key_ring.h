@@ -47,13 +47,12 @@ inline constexpr std::size_t kKeyFileBytesMax = 4096;
 
 /// A worker's name begins as the id of its key does, so that no key speaks in the name of another
 /// one's worker: 24 of 63 bits. The rest is its own.
-using protocol::kOwnNameBits;
 constexpr bool may_sign_for(std::int64_t key_id, std::int64_t worker) {
-  return key_id >> kOwnNameBits == worker >> kOwnNameBits;
+  return protocol::key_part(key_id) == protocol::key_part(worker);
 }
 /// The first and the last name that a key may sign for which may sign for this one.
 constexpr std::pair<std::int64_t, std::int64_t> names_of_one_key(std::int64_t worker) {
-  constexpr std::int64_t kOwn = (std::int64_t{1} << kOwnNameBits) - 1;
+  constexpr std::int64_t kOwn = (std::int64_t{1} << protocol::kOwnNameBits) - 1;
   return {worker & ~kOwn, worker | kOwn};
 }
 

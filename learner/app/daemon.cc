@@ -32,11 +32,6 @@ constexpr std::chrono::hours kWritingMax{1};
 
 constexpr Duration kLastLook = std::chrono::milliseconds(1500);
 
-std::int64_t wall_time_us() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
-}
-
 /// Whether roll-outs of a task move something that a person may have to watch.
 bool has_trials_of_things(const std::map<std::string, TaskDescription>& tasks) {
   return std::ranges::any_of(tasks, [](const auto& task) { return !task.second.repeatable; });
@@ -111,7 +106,7 @@ void LearnerDaemon::run() {
 }
 
 void LearnerDaemon::seal_journal() {
-  journal_->append(JournalSeal{}, wall_time_us());
+  journal_->append(JournalSeal{}, wall_time_now_us());
   journal_->sync();
 }
 
@@ -140,9 +135,9 @@ void LearnerDaemon::begin_journal(const JournalTail& tail, const StateFiles& fil
                    .learner_id = settings_.learner_id,
                    .format = state.loaded.study.recheck > 0 ? kJournalFormat : kCommonJournalFormat,
                    .program = cut_text(program_version(), kProgramBytesMax)},
-      wall_time_us());
+      wall_time_now_us());
   if (state.in_journal.is_before_extension) {
-    journal_->append(write_extension(files, state, program_version()), wall_time_us());
+    journal_->append(write_extension(files, state, program_version()), wall_time_now_us());
   }
   journal_->sync();
 }
@@ -244,7 +239,7 @@ void LearnerDaemon::append(const KnownWorker& worker) {
 void LearnerDaemon::append(const LearningTime& time) { write(time); }
 
 void LearnerDaemon::write(const JournalRecord& record) {
-  journal_->append(record, wall_time_us());
+  journal_->append(record, wall_time_now_us());
   plan_sync();
 }
 

@@ -131,8 +131,7 @@ StudySummary write_down(const Opened& opened, double elapsed_s, LearnerDaemon& d
                        daemon.core().results_by_class(),
                        daemon.core().workforce().rechecks().record()};
   do_resumably(directory, [&] {
-    const std::string failures = write_results(directory, runs);
-    if (!failures.empty()) throw std::runtime_error(failures);
+    write_results(directory, runs);
     // Read anew: an extension is in the journal by now, and results follow it.
     write_suspects(opened.files, read_state_study(opened.files), summary.rechecks, directory);
     daemon.seal_journal();

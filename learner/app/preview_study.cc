@@ -47,12 +47,12 @@ std::vector<Shown> policies_of(const Condition& condition, std::uint64_t seed, i
   std::vector<Shown> all{shown("start", *explored, explored->theta())};
   explore::ExplorationSettings settings = condition.exploration;
   // Drawn from the first distribution: what the rule wants before it learns, and what is in flight.
-  const int first_update =
-      settings.rule.make(explore::fresh_start(settings, *explored))->first_update();
+  const explore::LayerStart first = explore::first_start(settings, *condition.start);
+  const int first_update = settings.rule.make(first)->first_update();
   settings.in_flight = std::max(settings.in_flight, first_update);
   settings.num_rollouts = std::max(settings.num_rollouts, count);
   for (std::uint32_t repetition = 0; static_cast<int>(all.size()) <= count; ++repetition) {
-    explore::Exploration run(settings, *condition.start, seed, repetition);
+    explore::Exploration run(settings, *condition.start, first, seed, repetition);
     while (static_cast<int>(all.size()) <= count) {
       const std::optional<explore::Draw> draw = run.ask();
       if (!draw) break;

@@ -7,6 +7,13 @@ namespace {
 
 constexpr int kExitDiffers = 1;
 
+/// A journal is asked one thing at a time.
+void exclude_each_other(const std::vector<Option>& questions) {
+  for (auto one = questions.begin(); one != questions.end(); ++one) {
+    for (auto earlier = questions.begin(); earlier != one; ++earlier) one->excludes(*earlier);
+  }
+}
+
 void describe_replay(CommandLine& line, ReplayOptions& options) {
   line.add("PATH", options.path, "State directory, or a journal beside its study.toml").required();
   const Option verify =
@@ -18,36 +25,20 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
   const Option format =
       line.add("--export", options.export_format,
                "csv, jsonl: print a row a roll-out: reward, theta, mean and noise it was drawn "
-               "from, "
-               "worker; lcm: a log of LCM messages, for lcm-logplayer and lcm-spy")
-          .one_of({"csv", "jsonl", "lcm"})
-          .excludes(verify);
+               "from, worker; lcm: a log of LCM messages, for lcm-logplayer and lcm-spy")
+          .one_of({"csv", "jsonl", "lcm"});
   const Option rollout =
       line.add("--policy", options.rollout,
-               "RUN:ROLLOUT: print the policy of this roll-out; -1: the final one")
-          .excludes(verify)
-          .excludes(format);
+               "RUN:ROLLOUT: print the policy of this roll-out; -1: the final one");
   const Option start =
-      line.add("--start", options.start, "CONDITION: print the policy that it begins with")
-          .excludes(verify)
-          .excludes(format)
-          .excludes(rollout);
+      line.add("--start", options.start, "CONDITION: print the policy that it begins with");
   const Option shown =
       line.add("--show", options.shown,
-               "RUN:ROLLOUT: print a roll-out with its policy, noise and trace as JSON")
-          .excludes(verify)
-          .excludes(format)
-          .excludes(rollout)
-          .excludes(start);
+               "RUN:ROLLOUT: print a roll-out with its policy, noise and trace as JSON");
   const Option http =
       line.add("--http", options.page.address,
                "[ADDRESS:]PORT: show a page of the journal, also while it grows, until Ctrl-C; "
-               "127.0.0.1 unless ADDRESS is another, port 0: one that is free")
-          .excludes(verify)
-          .excludes(format)
-          .excludes(rollout)
-          .excludes(start)
-          .excludes(shown);
+               "127.0.0.1 unless ADDRESS is another, port 0: one that is free");
   line.add("--http-token-file", options.page.token_file,
            "With --http: file with the token that a browser must bring; needed on an address that "
            "other hosts reach")
@@ -62,31 +53,19 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
       .excludes(format);
   const Option results =
       line.add("--results", options.results_dir,
-               "New directory for the result files of what has been learnt so far")
-          .excludes(verify)
-          .excludes(format)
-          .excludes(rollout)
-          .excludes(start)
-          .excludes(shown)
-          .excludes(http);
+               "New directory for the result files of what has been learnt so far");
   const Option without =
       line.add("--without-worker", options.without_workers,
                "Fold the study again without the results of this worker (repeatable), or of all "
                "\"suspects\", those that others have outvoted (study.recheck)")
-          .one_value_each_time()
-          .excludes(verify)
-          .excludes(format)
-          .excludes(rollout)
-          .excludes(start)
-          .excludes(shown)
-          .excludes(http)
-          .excludes(results);
+          .one_value_each_time();
   const Option state_dir =
       line.add("--state-dir", options.new_state_dir,
                "With --without-worker: new directory for the study without them; a learner goes on "
                "there (--resume)")
           .needs(without);
   without.needs(state_dir);
+  exclude_each_other({verify, format, rollout, start, shown, http, results, without});
   line.add("--output", options.output_file, "File of what is asked for, not standard output")
       .excludes(verify)
       .excludes(results)

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <chrono>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -30,24 +29,22 @@ constexpr std::size_t kRunsSaidMax = 40;
 /// They are written once they are so many.
 constexpr std::int64_t kRecordsAtOnce = 4096;
 
-std::int64_t wall_time_now_us() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
-}
-
-/// Results that the journal holds of each worker.
-std::map<protocol::WorkerId, std::int64_t> results_by_worker(const fs::path& journal) {
-  std::map<protocol::WorkerId, std::int64_t> counts;
+/// Whose answers the journal holds, first or second ones.
+std::set<protocol::WorkerId> workers_in(const fs::path& journal) {
+  std::set<protocol::WorkerId> workers;
   const Result<JournalTail> tail = read_journal(journal, [&](const JournalRecord& record) {
-    if (const auto* result = std::get_if<AcceptedResult>(&record)) ++counts[result->worker_id];
+    if (const auto* first = std::get_if<AcceptedResult>(&record)) workers.insert(first->worker_id);
+    if (const auto* second = std::get_if<SecondAnswer>(&record)) {
+      workers.insert(second->result.worker_id);
+    }
   });
   if (!tail) throw std::runtime_error(tail.error().message);
-  return counts;
+  return workers;
 }
 
 std::set<protocol::WorkerId> read_workers(const std::vector<std::string>& words,
                                           const StateFiles& files, const RecheckRecord& rechecks) {
-  const std::map<protocol::WorkerId, std::int64_t> known = results_by_worker(files.journal);
+  const std::set<protocol::WorkerId> known = workers_in(files.journal);
   std::set<protocol::WorkerId> workers;
   for (const std::string& word : words) {
     if (word == kSuspects) {
@@ -62,17 +59,11 @@ std::set<protocol::WorkerId> read_workers(const std::vector<std::string>& words,
     }
     if (!known.contains(id)) {
       throw ConfigError(kWithoutOption, word,
-                        "must be a worker with results in the journal: --export csv lists them");
+                        "must be a worker with answers in the journal: --export csv lists them");
     }
     workers.insert(id);
   }
   return workers;
-}
-
-void check_new(const fs::path& directory) {
-  if (!fs::exists(directory)) return;
-  if (fs::is_directory(directory) && fs::is_empty(directory)) return;
-  throw ConfigError("--state-dir", directory.string(), "must be a new or empty directory");
 }
 
 /// Everything that says what is learnt, byte for byte: the journal knows it by its hash.
@@ -91,9 +82,7 @@ std::vector<RunRecord> write_results_of(const StateFiles& files) {
   fold_state(files, state, TimePoint{}, core);
   write_suspects(files, state, core.workforce().rechecks().record(), files.directory);
   std::vector<RunRecord> runs = std::move(core).run_records();
-  if (const std::string failures = write_results(files.directory, runs); !failures.empty()) {
-    throw std::runtime_error(failures);
-  }
+  write_results(files.directory, runs);
   return runs;
 }
 
@@ -144,7 +133,7 @@ void say_runs(const std::vector<RunRecord>& before, const std::vector<RunRecord>
 
 void fold_without_workers(const StateFiles& files, const std::vector<std::string>& words,
                           const fs::path& directory) {
-  check_new(directory);
+  require_new_directory("--state-dir", directory);
   const StateStudy state = read_state_study(files);
   if (state.in_journal.is_before_extension) {
     throw std::runtime_error(

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "common/base/for_log.h"
 #include "common/protocol/messages.h"
 
 namespace treeroll {
@@ -20,8 +21,14 @@ struct KnownWorker {
 /// what the journal holds counts, so a fold counts alike. Without keys names begin at random; names
 /// that begin with nothing are of no key.
 inline bool are_one_witness(const KnownWorker& a, const KnownWorker& b) {
-  const std::int64_t key = a.worker_id >> protocol::kOwnNameBits;
-  return a.host == b.host || (key != 0 && key == b.worker_id >> protocol::kOwnNameBits);
+  const std::int64_t key = protocol::key_part(a.worker_id);
+  return a.host == b.host || (key != 0 && key == protocol::key_part(b.worker_id));
+}
+
+/// "worker 5 (host pid 7)", for a log.
+inline std::string described(const KnownWorker& worker) {
+  return "worker " + std::to_string(worker.worker_id) + " (" + for_log(worker.host) + " pid " +
+         std::to_string(worker.pid) + ")";
 }
 
 }  // namespace treeroll

@@ -21,6 +21,7 @@ struct RecheckedWorker {
   /// Roll-outs to which two others of its numeric class agree on another answer, and none of them
   /// on its own.
   std::int64_t num_outvoted = 0;
+  bool operator==(const RecheckedWorker&) const = default;
 };
 
 /// Of two numeric classes, or of one with itself.
@@ -28,6 +29,7 @@ struct RecheckedClasses {
   std::int64_t num_compared = 0;  ///< pairs of answers
   std::int64_t num_disagreed = 0;
   double difference_max = 0;  ///< of two rewards, those that agree too
+  bool operator==(const RecheckedClasses&) const = default;
 };
 
 struct RecheckRecord {
@@ -37,6 +39,7 @@ struct RecheckRecord {
   std::map<protocol::WorkerId, RecheckedWorker> workers;
   /// By the names of both classes, the lesser one first.
   std::map<std::pair<std::string, std::string>, RecheckedClasses> classes;
+  bool operator==(const RecheckRecord&) const = default;
 };
 
 }  // namespace treeroll

@@ -60,12 +60,12 @@ Rechecks::News Rechecks::take(protocol::RolloutKey key, Opinion another) {
   CHECK(found != open_.end(), "only what is run again has a second answer");
   std::vector<Opinion>& opinions = found->second;
   News news;
-  const bool was_disputed = std::ranges::any_of(opinions, [&](const Opinion& one) {
-    return std::ranges::any_of(opinions, [&](const Opinion& b) { return !agree(one, b); });
-  });
+  const bool was_undecided = opinions.size() > 1;  // else it were settled
   for (const Opinion& earlier : opinions) compare(earlier, another, news);
-  if (opinions.size() == 1) ++record_.num_rechecked;
-  if (!was_disputed && !news.disagreements.empty()) ++record_.num_disputed;
+  if (!was_undecided) {
+    ++record_.num_rechecked;
+    record_.num_disputed += news.disagreements.empty() ? 0 : 1;
+  }
   opinions.push_back(std::move(another));
   for (const Opinion& one : opinions) {
     std::vector<KnownWorker>& side = is_outvoted_in(one, opinions) ? news.outvoted : news.others;
@@ -78,16 +78,15 @@ Rechecks::News Rechecks::take(protocol::RolloutKey key, Opinion another) {
     return std::ranges::any_of(opinions, [&](const Opinion& b) { return contradict(one, b); });
   });
   const bool is_undecided = is_contradicted && news.outvoted.empty();
+  record_.num_undecided += (is_undecided ? 1 : 0) - (was_undecided ? 1 : 0);
   news.wants_another = is_undecided && opinions.size() < protocol::kOpinionsMax;
-  if (news.wants_another) return news;
-  if (is_undecided) ++record_.num_undecided;
-  close(key);
+  if (!news.wants_another) drop(key);
   return news;
 }
 
 void Rechecks::drop(protocol::RolloutKey key) {
-  if (open_.at(key).size() > 1) ++record_.num_undecided;
-  close(key);
+  CHECK(open_.erase(key) == 1, "only what is run again is given up");
+  row_.erase(std::ranges::find(row_, key));
 }
 
 bool Rechecks::is_outvoted(protocol::WorkerId worker) const {
@@ -129,11 +128,6 @@ RecheckedWorker* Rechecks::tally_of(const KnownWorker& worker) {
   }
   return &record_.workers.emplace(worker.worker_id, RecheckedWorker{.worker = worker})
               .first->second;
-}
-
-void Rechecks::close(protocol::RolloutKey key) {
-  open_.erase(key);
-  row_.erase(std::ranges::find(row_, key));
 }
 
 }  // namespace treeroll::learner

@@ -56,7 +56,6 @@ class Rechecks {
  private:
   void compare(const Opinion& a, const Opinion& b, News& news);
   RecheckedWorker* tally_of(const KnownWorker& worker);
-  void close(protocol::RolloutKey key);
 
   std::map<protocol::RolloutKey, std::vector<Opinion>> open_;
   std::deque<protocol::RolloutKey> row_;

@@ -40,6 +40,7 @@ protocol::RunStatus run_status(const Run& run, const Study& study, protocol::Lea
 std::vector<protocol::BestPolicy> best_policy(const Run& run, const Study& study,
                                               protocol::LearnerId learner) {
   const std::string policy = run.best_policy();
+  const ContentHash policy_id = content_hash(policy);
   const explore::Exploration::Best& best = run.exploration().best();
   std::vector<protocol::BestPolicy> pieces;
   for (int index = 0; index < protocol::num_pieces(policy.size()); ++index) {
@@ -49,7 +50,7 @@ std::vector<protocol::BestPolicy> best_policy(const Run& run, const Study& study
                       .repetition = run.repetition(),
                       .rollout = best.rollout,
                       .reward = best.reward,
-                      .policy_id = content_hash(policy),
+                      .policy_id = policy_id,
                       .policy_bytes = static_cast<std::int32_t>(policy.size()),
                       .index = index,
                       .policy = std::string(protocol::piece_of(policy, index))});

@@ -24,9 +24,6 @@ WorkerRecord record_of(const WorkerEntry& worker, TimePoint start) {
 constexpr Duration kAnswerDue = std::chrono::seconds(60);
 constexpr Duration kPutOutPause = std::chrono::milliseconds(100);
 
-/// Where there are keys, workers of one have names that begin alike.
-std::int64_t key_of(protocol::WorkerId id) { return id >> protocol::kOwnNameBits; }
-
 }  // namespace
 
 std::string describe(const WorkerEntry& worker) {
@@ -37,7 +34,7 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
   auto found = workers_.find(id);
   if (found == workers_.end()) {
     put_out_a_stranger(now);
-    const auto of_key = num_of_key_.find(key_of(id));
+    const auto of_key = num_of_key_.find(protocol::key_part(id));
     const bool has_too_many =
         has_keys_ && of_key != num_of_key_.end() && of_key->second >= protocol::kWorkersOfOneKeyMax;
     if (is_full() || has_too_many) return nullptr;
@@ -59,12 +56,11 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
       entry.distrusted = left->second.distrusted;
       entry.trusted_again = left->second.trusted_again;
       entry.num_distrusts = left->second.num_distrusts;
-      entry.set_aside = left->second.set_aside;
       entry.asked = left->second.asked;
       left_.erase(left);
     }
     newcomers_.push_back(id);
-    ++num_of_key_[key_of(id)];
+    ++num_of_key_[protocol::key_part(id)];
     found = workers_.emplace(id, std::move(entry)).first;
     found->second.alive_for = heartbeats_.alive;
     const TimePoint silence = now + heartbeats_.silence;
@@ -101,7 +97,10 @@ void WorkerTable::put_out_a_stranger(TimePoint now) {
   }
   for (std::deque<protocol::WorkerId>* row : {&newcomers_, &greeted_}) {
     if (row->size() < 2 * protocol::kWorkersMax) continue;
-    std::erase_if(*row, [&](protocol::WorkerId id) { return entry_of(id) == nullptr; });
+    std::set<protocol::WorkerId> seen;  // who comes back stands there twice
+    std::erase_if(*row, [&](protocol::WorkerId id) {
+      return entry_of(id) == nullptr || !seen.insert(id).second;
+    });
   }
 }
 
@@ -113,7 +112,7 @@ void WorkerTable::put_out(protocol::WorkerId id) {
 /// @return  the one behind it
 std::map<protocol::WorkerId, WorkerEntry>::iterator WorkerTable::forget(
     std::map<protocol::WorkerId, WorkerEntry>::iterator worker) {
-  const auto of_key = num_of_key_.find(key_of(worker->first));
+  const auto of_key = num_of_key_.find(protocol::key_part(worker->first));
   if (--of_key->second == 0) num_of_key_.erase(of_key);
   return workers_.erase(worker);
 }

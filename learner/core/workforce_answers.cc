@@ -66,9 +66,9 @@ bool Workforce::accept(const Turn& turn, WorkerEntry& worker, const protocol::Ro
   const std::optional<ContentHash> task_id = client_.task_of(key);
   const TaskDescription* facts = task_id ? facts_of(*task_id) : nullptr;
   // Of its class nothing is known before its heartbeat.
-  const bool is_excluded = !classes_.allows(worker.numeric_class);
-  if (!facts || worker.distrusted || worker.set_aside ||
-      is_excluded) {  // without facts nothing of this run has been issued
+  const bool has_no_say =
+      worker.distrusted || worker.set_aside || !classes_.allows(worker.numeric_class);
+  if (!facts || has_no_say) {  // without facts nothing of this run has been issued
     ++ledger_.counters.rejected;
     return true;
   }

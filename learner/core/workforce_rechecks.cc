@@ -14,10 +14,6 @@ namespace {
 constexpr const char* kRecheckKind = "roll-outs run again";
 constexpr const char* kSetAsideKind = "workers set aside";
 
-std::string described(const KnownWorker& worker) {
-  return fmt::format("worker {} ({} pid {})", worker.worker_id, for_log(worker.host), worker.pid);
-}
-
 std::string rewarded(const Opinion& opinion) {
   const Outcome& outcome = opinion.outcome;
   return fmt::format("{} of {}",

@@ -70,20 +70,14 @@ class CmaEsRule final : public PopulationRule {
                              const SearchDistribution& /*before*/,
                              int /*num_results_of_run*/) override {
     if (cautious_) {
-      SearchDistribution cautious = *std::exchange(cautious_, std::nullopt);
-      const bool has_tried_scales = scales_.has_value();
-      if (has_tried_scales) cautious.noise = std::exchange(scales_, {})->best(generation);
-      // The mirror of a draw of the trial is none of the noise that follows.
-      if (!is_outdone(generation, cautious.mean)) {
-        to_mirror_.reset();
-        search_ = search(settings_.rate_factor, cautious);
-        return search_.distribution();
-      }
-      if (has_tried_scales) {
-        to_mirror_.reset();
-        const double step = kOfFelt * bolder_;
-        search_ =
-            search(*settings_.bold_rate_factor, {cautious.mean, step * step * cautious.noise});
+      SearchDistribution from = *std::exchange(cautious_, std::nullopt);
+      const bool is_far = is_outdone(generation, from.mean);
+      if (scales_ || !is_far) {
+        if (scales_) from.noise = scales_->best(generation);
+        scales_.reset();
+        if (is_far) from.noise *= (kOfFelt * bolder_) * (kOfFelt * bolder_);
+        to_mirror_.reset();  // the mirror of a draw of the trial is none of the noise that follows
+        search_ = search(is_far ? *settings_.bold_rate_factor : settings_.rate_factor, from);
         return search_.distribution();
       }
     }

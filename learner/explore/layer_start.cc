@@ -29,9 +29,14 @@ constexpr double kTriedScales[] = {1, .2, 5, .02, 50};
 /// Of a policy whose size nobody has told: what it does tells it, or several are tried.
 void try_scales(const ExplorationSettings& settings, const PolicyEffect& effect,
                 LayerStart& start) {
-  const auto noise = [&](double scale) {
+  // A scale counts for what is no output alone.
+  const bool is_all_output = (effect.least.array() == 0).all();
+  const Eigen::MatrixXd of_outputs =
+      is_all_output ? step_covariance(effect, *settings.metric, 1) : Eigen::MatrixXd();
+  const auto noise = [&](double scale) -> Eigen::MatrixXd {
     const double step = kStepFromNothing * scale;
-    return Eigen::MatrixXd(step * step * step_covariance(effect, *settings.metric, scale));
+    if (is_all_output) return step * step * of_outputs;
+    return step * step * step_covariance(effect, *settings.metric, scale);
   };
   if (does_something(effect)) {
     start.distribution.noise = noise(output_size(effect));

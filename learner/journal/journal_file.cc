@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <fstream>
 #include <stdexcept>
@@ -90,6 +91,11 @@ bool looks_like_a_seal(std::string_view bytes) {
 JournalStart longest_start() { return {.program = std::string(kProgramBytesMax, ' ')}; }
 
 }  // namespace
+
+std::int64_t wall_time_now_us() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+}
 
 Result<JournalTail> read_journal_places(
     std::istream& file, const std::string& name,

@@ -46,6 +46,9 @@ Result<JournalTail> read_journal_places(
 Result<JournalTail> read_journal(std::istream& bytes, const std::string& name,
                                  const std::function<void(const JournalRecord&)>& on_record);
 
+/// For a record that is written now: microseconds since 1970.
+std::int64_t wall_time_now_us();
+
 /// Appends records. write(2) at each flush, so that nothing waits in this process; sync() makes
 /// them last. Every failing call throws std::runtime_error with path and reason: a learner that
 /// cannot write must stop. So does one whose journal another process has cut, changed, deleted or

@@ -58,29 +58,33 @@ fs::path free_name(const fs::path& journal) {
 }  // namespace
 
 void apply(const NumberedRecord& numbered, TimePoint now, learner::LearnerCore& core) {
+  const auto* worker = std::get_if<KnownWorker>(&numbered.record);
+  const auto* second = std::get_if<SecondAnswer>(&numbered.record);
   const auto* result = std::get_if<AcceptedResult>(&numbered.record);
   const auto* time = std::get_if<LearningTime>(&numbered.record);
-  const auto* second = std::get_if<SecondAnswer>(&numbered.record);
-  learner::Effects unsent;
-  if (const auto* worker = std::get_if<KnownWorker>(&numbered.record)) {
-    return core.step(now, learner::WorkerRecovered{*worker}, unsent);
-  }
   // What was run again may be answered after the last run has ended.
-  if (second) {
-    const bool may_be_superseded = numbered.is_of_earlier_study && second->result.key.number < 0;
-    core.step(now, learner::SecondRecovered{*second, numbered.run_then, may_be_superseded}, unsent);
-  }
-  if (!result && !time && !second) return;
-  if (!second && core.outcome() == learner::LearnerCore::Outcome::kDone) {
+  if ((result || time) && core.outcome() == learner::LearnerCore::Outcome::kDone) {
     throw std::runtime_error("the journal goes on although every run has ended");
   }
+  learner::Effects unsent;
+  if (worker) core.step(now, learner::WorkerRecovered{*worker}, unsent);
+  if (second) {
+    core.step(now,
+              learner::SecondRecovered{*second, numbered.run_then,
+                                       numbered.may_be_superseded(second->result.key)},
+              unsent);
+  }
   if (result) {
-    const bool may_be_superseded = numbered.is_of_earlier_study && result->key.number < 0;
-    core.step(now, learner::ResultRecovered{*result, numbered.run_then, may_be_superseded}, unsent);
+    core.step(now,
+              learner::ResultRecovered{*result, numbered.run_then,
+                                       numbered.may_be_superseded(result->key)},
+              unsent);
   }
   if (time) core.step(now, learner::TimeRecovered{*time}, unsent);
-  if (core.outcome() == learner::LearnerCore::Outcome::kFailed)
+  const bool is_learnt_from = second || result || time;
+  if (is_learnt_from && core.outcome() == learner::LearnerCore::Outcome::kFailed) {
     throw std::runtime_error(core.failure());
+  }
 }
 
 /// Follows a journal through the studies that came before the one that is asked for.

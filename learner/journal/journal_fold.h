@@ -40,7 +40,13 @@ struct NumberedRecord {
   std::optional<std::int32_t> run_then = std::nullopt;  ///< of a result, if it was another
   bool is_of_earlier_study = false;                     ///< a result before an extension
   std::int64_t wall_time_us = 0;                        ///< when it was written, since 1970
+
+  /// Of the evaluation of a policy: an extension may have asked anew.
+  bool may_be_superseded(protocol::RolloutKey key) const {
+    return is_of_earlier_study && key.number < 0;
+  }
 };
+
 /// Reads a journal to its end, or to the record that extends this study; and on from there, as a
 /// learner has written more. Throws as fold_journal() does, and with the record's place what
 /// `on_record` throws as std::runtime_error, unless that is a std::system_error.

@@ -50,8 +50,7 @@ std::vector<JournalRecord> Refold::next(const NumberedRecord& numbered, TimePoin
     if (is_kept) add(numbered, now, records);
     return records;
   }
-  const bool may_be_superseded = numbered.is_of_earlier_study && result->key.number < 0;
-  if (may_be_superseded && !takes(numbered)) return records;  // an extension has asked anew
+  if (numbered.may_be_superseded(result->key) && !takes(numbered)) return records;
   if (!left_out_.contains(result->worker_id)) {
     const bool is_kept = takes(numbered);
     ++(is_kept ? counts_.num_kept : counts_.num_following);

@@ -103,7 +103,9 @@ double level(const explore::Exploration& exploration, const Eigen::VectorXd& noi
   return std::sqrt((exploration.noise().diagonal().array() / noise_variance.array()).mean());
 }
 
-std::vector<double> levels(const Study& study, const RunRecord& record, const ToldRun& told) {
+/// @param first  where the runs of its condition begin
+std::vector<double> levels(const Study& study, const RunRecord& record, const ToldRun& told,
+                           const explore::LayerStart& first) {
   const auto require = [&record](bool holds) {
     if (holds) return;
     throw std::runtime_error(
@@ -111,14 +113,8 @@ std::vector<double> levels(const Study& study, const RunRecord& record, const To
                     "study by this version of the algorithm",
                     record.condition, record.repetition));
   };
-  learner::Run run(study, record.run);
-  const explore::ExplorationSettings& settings =
-      study.conditions[static_cast<std::size_t>(run.condition())].exploration;
-  const auto unit = [&] {
-    const explore::Exploration& exploration = run.exploration();
-    return explore::fresh_start(settings, exploration.policy(exploration.layer())).noise_variance;
-  };
-  Eigen::VectorXd noise_variance = unit();
+  learner::Run run(study, record.run, first);
+  Eigen::VectorXd noise_variance = first.noise_variance;
   int layer = run.exploration().layer();
   std::set<int> asked;
   std::vector<double> found;
@@ -130,7 +126,9 @@ std::vector<double> levels(const Study& study, const RunRecord& record, const To
     if (run.accept(result.number, result.outcome, 0) == 0) continue;  // discarded
     if (run.exploration().layer() != layer) {
       layer = run.exploration().layer();
-      noise_variance = unit();
+      const Condition& condition = study.conditions[static_cast<std::size_t>(run.condition())];
+      noise_variance = explore::fresh_start(condition.exploration, run.exploration().policy(layer))
+                           .noise_variance;
     }
     found.push_back(level(run.exploration(), noise_variance));
   }
@@ -156,6 +154,8 @@ NoiseLevels noise_levels(const Study& study, const StudyResults& results,
   }
   const std::vector<ToldRun> told = what_was_told(study, results);
   for (std::size_t c = 0; c < study.conditions.size(); ++c) {
+    const explore::LayerStart first =
+        explore::first_start(study.conditions[c].exploration, *study.conditions[c].start);
     for (int repetition = 0; repetition < num_repetitions; ++repetition) {
       const std::size_t run =
           c * static_cast<std::size_t>(study.repetitions) + static_cast<std::size_t>(repetition);
@@ -166,7 +166,7 @@ NoiseLevels noise_levels(const Study& study, const StudyResults& results,
             "of {}, repetition {}",
             run, record.condition, record.repetition, study.conditions[c].name, repetition));
       }
-      found[record.condition].push_back(levels(study, record, told[run]));
+      found[record.condition].push_back(levels(study, record, told[run], first));
     }
   }
   return found;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <map>
+#include <variant>
 
 #include "common/base/config_error.h"
 #include "common/base/shown_reward.h"
@@ -91,32 +92,34 @@ void add_log_likelihoods(const std::vector<Claim>& claims, std::vector<StudyResu
   }
 }
 
-/// Results of workers of several numeric classes are worth a word. A study without a journal says
-/// nothing of them.
-void remark_classes(const StudyResults& study, std::vector<std::string>& remarks) {
+/// Results of workers of several numeric classes are worth a word, and roll-outs that were run
+/// again on another worker. A study without a journal says nothing of them.
+void remark_journal(const StudyResults& study, std::vector<std::string>& said) {
   const fs::path journal = journal_of(study.directory);
   if (!fs::is_regular_file(journal)) return;
   JournalOrigins origins;
-  const Result<JournalTail> tail =
-      read_journal(journal, [&](const JournalRecord& record) { origins.add(record); });
+  bool has_second_answers = false;
+  const Result<JournalTail> tail = read_journal(journal, [&](const JournalRecord& record) {
+    origins.add(record);
+    has_second_answers = has_second_answers || std::holds_alternative<SecondAnswer>(record);
+  });
   if (!tail) {
     fmt::print(stderr, "{}\n", tail.error().message);
-    remarks.emplace_back(
-        "On what the roll-outs were computed is not known: the journal is damaged.");
-  } else if (origins.results_by_class().size() > 1) {
-    remarks.push_back(
+    said.emplace_back("On what the roll-outs were computed is not known: the journal is damaged.");
+    return;
+  }
+  if (origins.results_by_class().size() > 1) {
+    said.push_back(
         fmt::format("The roll-outs were computed by workers of several numeric classes: {}. The "
                     "bits of the results depend on who computed which.",
                     class_list(origins.results_by_class())));
   }
-}
-
-/// So are roll-outs that were run again, and who was outvoted by others.
-void remark_rechecks(const StudyResults& study, std::vector<std::string>& said) {
-  const fs::path journal = journal_of(study.directory);
-  if (!fs::is_regular_file(journal)) return;
+  if (!has_second_answers) return;
   const Result<RecheckRecord> rechecks = rechecks_of(journal);
-  if (!rechecks) return;  // which remark_classes() has said
+  if (!rechecks) {
+    fmt::print(stderr, "{}\n", rechecks.error().message);
+    return;
+  }
   for (std::string& remark : remarks(*rechecks)) said.push_back(std::move(remark) + ".");
 }
 
@@ -209,8 +212,7 @@ void write_report(const ReportOptions& options) {
   for (const StudyResults& study : studies) {
     figures.push_back(draw_study(study, options.output, options.worker_program,
                                  kNoiseRolloutsMax / static_cast<std::int64_t>(studies.size())));
-    remark_classes(study, figures.back().remarks);
-    remark_rechecks(study, figures.back().remarks);
+    remark_journal(study, figures.back().remarks);
   }
   if (!claims.empty()) {
     std::vector<Picture> all;

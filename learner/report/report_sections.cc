@@ -212,9 +212,10 @@ Section study_section(const StudyResults& study, const std::vector<Picture>& fig
   if (Table table = term_table(terms); !table.rows.empty()) {
     section.blocks.emplace_back(
         "What the reward of a roll-out is made of, as the task says, of the start policy and of "
-        "the "
-        "best roll-out's policy. Learning goes by the reward alone:");
+        "the best roll-out's policy. Learning goes by the reward alone:");
+    const bool is_full = table.rows.size() == kTermRowsMax;
     section.blocks.emplace_back(std::move(table));
+    if (is_full) section.blocks.emplace_back("No more are shown; report.json has all there are.");
   }
   for (const std::string& remark : remarks) section.blocks.emplace_back(remark);
   for (const Picture& figure : figures) section.blocks.emplace_back(figure);

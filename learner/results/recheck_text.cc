@@ -19,10 +19,6 @@ std::string class_name(const std::string& name) {
 
 }  // namespace
 
-std::string described(const KnownWorker& worker) {
-  return fmt::format("worker {} ({} pid {})", worker.worker_id, for_log(worker.host), worker.pid);
-}
-
 std::vector<std::string> remarks(const RecheckRecord& record) {
   std::vector<std::string> said;
   if (record.num_rechecked == 0) return said;

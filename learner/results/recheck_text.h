@@ -15,7 +15,4 @@ std::vector<std::string> remarks(const RecheckRecord& record);
 /// {"rechecked", "disputed", "undecided", "workers": [...], "classes": [...]}.
 nlohmann::json to_json_value(const RecheckRecord& record);
 
-/// "worker 5 (host pid 7)".
-std::string described(const KnownWorker& worker);
-
 }  // namespace treeroll

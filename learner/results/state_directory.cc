@@ -48,6 +48,14 @@ void check_state_directory(const fs::path& directory) {
   if (error) refuse(error.message());
 }
 
+void require_new_directory(const char* option, const fs::path& directory) {
+  std::error_code error;
+  const fs::file_status status = fs::status(directory, error);
+  if (status.type() == fs::file_type::not_found) return;
+  if (status.type() == fs::file_type::directory && fs::is_empty(directory, error)) return;
+  throw ConfigError(option, directory.string(), "must be a new or empty directory");
+}
+
 void check_resumable(const fs::path& directory) {
   for (const fs::path& file : {study_of(directory), journal_of(directory)}) {
     std::error_code error;
@@ -58,7 +66,7 @@ void check_resumable(const fs::path& directory) {
   }
 }
 
-std::string write_results(const fs::path& directory, const std::vector<RunRecord>& runs) {
+void write_results(const fs::path& directory, const std::vector<RunRecord>& runs) {
   std::string failures;
   const auto attempt = [&failures](const auto& write) {
     try {
@@ -83,7 +91,7 @@ std::string write_results(const fs::path& directory, const std::vector<RunRecord
     write_atomically(directory / "policies", policies);
   });
   attempt([&] { write_rollouts_csv(directory / "rollouts.csv", runs); });
-  return failures;
+  if (!failures.empty()) throw std::runtime_error(failures);
 }
 
 }  // namespace treeroll

@@ -27,13 +27,14 @@ std::string best_policy_file(const RunRecord& run);
 /// "policies/tree-3.final.json": its final mean policy.
 std::string final_policy_file(const RunRecord& run);
 
+/// Throws ConfigError of this option unless the path is free or an empty directory.
+void require_new_directory(const char* option, const std::filesystem::path& directory);
 /// Throws ConfigError unless the path is free or a directory in which nothing has been learnt.
 void check_state_directory(const std::filesystem::path& directory);
 /// Throws ConfigError unless a learner has begun a study there.
 void check_resumable(const std::filesystem::path& directory);
-/// Writes the results, the small ones first; goes on after a failure.
-/// @return what could not be written and why; empty if nothing
-std::string write_results(const std::filesystem::path& directory,
-                          const std::vector<RunRecord>& runs);
+/// Writes the results, the small ones first; goes on after a failure, and then throws
+/// std::runtime_error: what could not be written and why.
+void write_results(const std::filesystem::path& directory, const std::vector<RunRecord>& runs);
 
 }  // namespace treeroll

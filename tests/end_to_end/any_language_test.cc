@@ -11,33 +11,6 @@ namespace fs = std::filesystem;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
-constexpr const char* kReachStudy = R"([study]
-name = "reach"
-rollouts = 40
-repetitions = 2
-
-[task]
-name = "reach"
-goal_m = 0.7
-
-[policy]
-start = "components"
-layout = "means"
-[policy.layer_1]
-range = [0.0, 2.0]
-outputs = [0.0]
-deviations = [0.5, 0.3]
-
-[exploration]
-noise_variance = [0.01, 1.0]
-initial_noise_factor = 0.1
-minimum_noise_fraction = 0.01
-
-[[conditions]]
-name = "flat"
-policy.model = "flat"
-)";
-
 class AnyLanguageTest : public ::testing::Test {
  protected:
   Service::Learnt learn(const std::string& state, std::vector<std::string> arguments) {
@@ -48,7 +21,8 @@ class AnyLanguageTest : public ::testing::Test {
   }
 
   const Service service_;
-  const fs::path study_ = service_.study(kReachStudy);
+  const fs::path study_ =
+      service_.study(reach_study("name = \"reach\"\nrollouts = 40\nrepetitions = 2"));
 };
 
 TEST_F(AnyLanguageTest, IsLearntReplayedEvaluatedAndReported) {

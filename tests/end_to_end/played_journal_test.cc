@@ -12,6 +12,7 @@
 
 #include "common/transport/codec.h"
 #include "learner/journal/journal_fold.h"
+#include "tests/end_to_end/lcm_log.h"
 #include "tests/end_to_end/service.h"
 
 namespace treeroll::end_to_end {
@@ -23,52 +24,6 @@ using ::testing::HasSubstr;
 using transport::Channel;
 
 constexpr std::string_view kReplayed = "REPLAYED_";
-
-constexpr const char* kPlayedStudy = R"(
-[study]
-name = "played"
-repetitions = 2
-rollouts = 60
-[task]
-name = "synthetic"
-mode = "sleep"
-duration_us = 2000
-[policy]
-model = "tree"
-components = [1, 2]
-[exploration]
-noise_variance = [0.01, 0.1, 0.01]
-convergence_window = 10
-first_update = 5
-convergence_slope = 1
-[[conditions]]
-name = "tree"
-)";
-constexpr std::size_t kAsked = 2 * 60 + 4;  // and two evaluations of each run
-
-std::optional<Channel> channel_named(std::string_view name) {
-  for (int i = 0; i < transport::kNumChannels; ++i) {
-    if (name == transport::channel_name(static_cast<Channel>(i))) return static_cast<Channel>(i);
-  }
-  return std::nullopt;
-}
-
-/// What stands in a log, or has been heard.
-struct Told {
-  std::int64_t time_us = 0;
-  std::string channel;
-  std::vector<std::byte> bytes;
-};
-
-std::vector<Told> events_of(const fs::path& path) {
-  std::vector<Told> events;
-  lcm::LogFile log(path.string(), "r");
-  while (const lcm::LogEvent* event = log.readNextEvent()) {
-    const auto* bytes = static_cast<const std::byte*>(event->data);
-    events.push_back({event->timestamp, event->channel, {bytes, bytes + event->datalen}});
-  }
-  return events;
-}
 
 /// Precondition: the channel is that of a message that was exported.
 protocol::Message message_of(const Told& event) {
@@ -124,7 +79,7 @@ class PlayedJournalTest : public ::testing::Test {
   /// Learns the study with a worker that stays, and exports it.
   void SetUp() override {
     Daemon learner("treeroll-learner",
-                   {service_.study(kPlayedStudy).string(), "--lcm-url", service_.url(),
+                   {service_.study(two_runs("played", 2000)).string(), "--lcm-url", service_.url(),
                     "--state-dir", journal_.parent_path().string()},
                    service_.directory());
     ASSERT_EQ(learner.wait(seconds(60)), 0) << learner.standard_error();
@@ -179,7 +134,7 @@ TEST_F(PlayedJournalTest, TellsAllThatTheJournalKnowsInOurTypes) {
   for (const auto& batch : all_of_type<protocol::RewardBatch>(events)) {
     for (const auto& result : batch.results) rewards[result.key] = result.outcome.reward();
   }
-  EXPECT_EQ(rewards.size(), kAsked);
+  EXPECT_EQ(rewards.size(), kAskedOfTwoRuns);
   std::set<ContentHash> asked_of;
   std::set<protocol::RolloutKey> asked;
   for (const auto& batch : all_of_type<protocol::RolloutBatch>(events)) {
@@ -190,7 +145,7 @@ TEST_F(PlayedJournalTest, TellsAllThatTheJournalKnowsInOurTypes) {
       EXPECT_FALSE(request.theta.empty());
     }
   }
-  EXPECT_EQ(asked.size(), kAsked);
+  EXPECT_EQ(asked.size(), kAskedOfTwoRuns);
   std::set<ContentHash> defined;
   for (const auto& piece : all_of_type<protocol::DefinitionPiece>(events)) {
     if (piece.index == 0) defined.insert(piece.name.id);
@@ -225,7 +180,7 @@ TEST_F(PlayedJournalTest, TellsAllThatTheJournalKnowsInOurTypes) {
   EXPECT_EQ(learner.waiting_for, "");
   const auto worker = all_of_type<protocol::WorkerStatus>(events).back();
   EXPECT_EQ(worker.pid, worker_.pid());
-  EXPECT_EQ(worker.num_evaluated, static_cast<std::int64_t>(kAsked));
+  EXPECT_EQ(worker.num_evaluated, static_cast<std::int64_t>(kAskedOfTwoRuns));
 }
 
 TEST_F(PlayedJournalTest, HasTheTimesOfTheJournal) {
@@ -274,7 +229,7 @@ TEST_F(PlayedJournalTest, NoWorkerRunsWhatIsPlayed) {
   };
   ASSERT_TRUE(one_more_status());
   const std::int64_t before = num_evaluated();
-  EXPECT_EQ(before, static_cast<std::int64_t>(kAsked));
+  EXPECT_EQ(before, static_cast<std::int64_t>(kAskedOfTwoRuns));
   play(log_);
   play(as_of_a_learner_at_work(kReplayed));
   ASSERT_TRUE(one_more_status());

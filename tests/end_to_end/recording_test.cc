@@ -6,13 +6,13 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <lcm/lcm-cpp.hpp>
 #include <map>
 #include <memory>
 #include <set>
 #include <thread>
 
 #include "common/transport/codec.h"
+#include "tests/end_to_end/lcm_log.h"
 #include "tests/end_to_end/service.h"
 
 namespace treeroll::end_to_end {
@@ -21,55 +21,26 @@ namespace {
 using std::chrono::seconds;
 using transport::Channel;
 
-constexpr const char* kStudy = R"(
-[study]
-name = "recorded"
-repetitions = 2
-rollouts = 60
-[task]
-name = "synthetic"
-mode = "sleep"
-duration_us = 20000
-[policy]
-model = "tree"
-components = [1, 2]
-[exploration]
-noise_variance = [0.01, 0.1, 0.01]
-convergence_window = 10
-first_update = 5
-convergence_slope = 1
-[[conditions]]
-name = "tree"
-)";
-
 std::vector<protocol::Message> read_log(const std::filesystem::path& path) {
-  const std::map<std::string, Channel> channels = [] {
-    std::map<std::string, Channel> by_name;
-    for (int i = 0; i < transport::kNumChannels; ++i) {
-      by_name[transport::channel_name(static_cast<Channel>(i))] = static_cast<Channel>(i);
-    }
-    return by_name;
-  }();
   std::vector<protocol::Message> messages;
-  lcm::LogFile log(path.string(), "r");
-  while (const lcm::LogEvent* event = log.readNextEvent()) {
-    const auto channel = channels.find(event->channel);
-    if (channel == channels.end()) continue;
-    const auto* bytes = static_cast<const std::byte*>(event->data);
-    Result<protocol::Message> message =
-        transport::decode(channel->second, {bytes, static_cast<std::size_t>(event->datalen)});
-    EXPECT_TRUE(message) << event->channel << ": " << message.error().message;
+  for (const Told& event : events_of(path)) {
+    const std::optional<Channel> channel = channel_named(event.channel);
+    if (!channel) continue;
+    Result<protocol::Message> message = transport::decode(*channel, event.bytes);
+    EXPECT_TRUE(message) << event.channel << ": " << message.error().message;
     if (message) messages.push_back(std::move(*message));
   }
   return messages;
 }
+
+std::string recorded_study() { return two_runs("recorded", 20'000); }
 
 TEST(RecordingTest, ALoggerSeesEveryRolloutRewardDefinitionAndStatus) {
   const Service service;
   const std::filesystem::path log = service.directory() / "run.lcmlog";
   Daemon logger("/usr/bin/lcm-logger", {"--quiet", "--lcm-url=" + service.url(), log.string()},
                 service.directory());
-  std::filesystem::path study = service.study(kStudy);
+  std::filesystem::path study = service.study(recorded_study());
   ASSERT_TRUE(eventually(seconds(10), [&] { return std::filesystem::exists(log); }));
   const Service::Learnt learnt = service.learn(study, {"--local-workers", "2"});
   ASSERT_EQ(learnt.status, 0) << learnt.log;
@@ -93,9 +64,8 @@ TEST(RecordingTest, ALoggerSeesEveryRolloutRewardDefinitionAndStatus) {
       improved.insert(best->run);
     }
   }
-  const std::size_t all = 2 * 60 + 4;  // and two evaluations of each run
-  EXPECT_EQ(asked.size(), all);
-  EXPECT_EQ(answered.size(), all);
+  EXPECT_EQ(asked.size(), kAskedOfTwoRuns);
+  EXPECT_EQ(answered.size(), kAskedOfTwoRuns);
   EXPECT_EQ(improved, (std::set<int>{0, 1}));
   EXPECT_GE(policies.size(), 3U);  // switches
   for (const protocol::Message& expected :
@@ -136,14 +106,14 @@ TEST(RecordingTest, ALogThatIsPlayedIntoTheGroupChangesNothing) {
       std::vector<std::string>{"--quiet", "--lcm-url=" + service.url(), log.string()},
       service.directory());
   ASSERT_TRUE(eventually(seconds(10), [&] { return std::filesystem::exists(log); }));
-  ASSERT_EQ(service.learn(service.study(kStudy), {}).status, 0);
+  ASSERT_EQ(service.learn(service.study(recorded_study()), {}).status, 0);
   logger->kill(SIGINT);
   ASSERT_NE(logger->wait(seconds(10)), -1);
   leaves->kill(SIGTERM);
   ASSERT_EQ(leaves->wait(seconds(20)), 0);
   leaves.reset();
 
-  std::string longer(kStudy);
+  std::string longer = recorded_study();
   longer.replace(longer.find("rollouts = 60"), 13, "rollouts = 160");
   const std::filesystem::path study = service.study(longer);
   std::map<int, Service::Learnt> learnt;  // by speed; 0: undisturbed

@@ -15,34 +15,6 @@ using nlohmann::json;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
-constexpr const char* kCheckedStudy = R"([study]
-name = "checked"
-rollouts = 60
-repetitions = 6
-recheck = 0.5
-
-[task]
-name = "reach"
-goal_m = 0.7
-
-[policy]
-start = "components"
-layout = "means"
-[policy.layer_1]
-range = [0.0, 2.0]
-outputs = [0.0]
-deviations = [0.5, 0.3]
-
-[exploration]
-noise_variance = [0.01, 1.0]
-initial_noise_factor = 0.1
-minimum_noise_fraction = 0.01
-
-[[conditions]]
-name = "flat"
-policy.model = "flat"
-)";
-
 class SecondAnswersOfDaemonsTest : public ::testing::Test {
  protected:
   /// On a host of that name: processes of one host have one vote.
@@ -68,7 +40,10 @@ class SecondAnswersOfDaemonsTest : public ::testing::Test {
   std::string in(const std::string& name) const { return (service_.directory() / name).string(); }
 
   const Service service_;
-  const std::string study_ = service_.study(kCheckedStudy).string();
+  const std::string study_ =
+      service_
+          .study(reach_study("name = \"checked\"\nrollouts = 60\nrepetitions = 6\nrecheck = 0.5"))
+          .string();
 };
 
 TEST_F(SecondAnswersOfDaemonsTest, WhoLiesIsNamedAndTheStudyIsLearntAgainWithoutIt) {
@@ -150,7 +125,7 @@ TEST_F(SecondAnswersOfDaemonsTest, WhatIsAskedWronglyIsRefusedByName) {
     EXPECT_THAT(said.errors, HasSubstr(rule));
   };
   refused("suspects", "new", "no worker of this journal was outvoted");
-  refused("7", "new", "--without-worker = 7: must be a worker with results in the journal");
+  refused("7", "new", "--without-worker = 7: must be a worker with answers in the journal");
   refused("liar", "new", "must be the id of a worker, or suspects");
   refused("7", "alone", "must be a new or empty directory");
   EXPECT_FALSE(fs::exists(in("new")));

@@ -184,4 +184,32 @@ convergence_window = 10
                      study.study, study.task, kTreeAndFlat);
 }
 
+std::string reach_study(const std::string& lines) {
+  return fmt::format(R"([study]
+{}
+
+[task]
+name = "reach"
+goal_m = 0.7
+
+[policy]
+start = "components"
+layout = "means"
+[policy.layer_1]
+range = [0.0, 2.0]
+outputs = [0.0]
+deviations = [0.5, 0.3]
+
+[exploration]
+noise_variance = [0.01, 1.0]
+initial_noise_factor = 0.1
+minimum_noise_fraction = 0.01
+
+[[conditions]]
+name = "flat"
+policy.model = "flat"
+)",
+                     lines);
+}
+
 }  // namespace treeroll::end_to_end

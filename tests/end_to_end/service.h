@@ -104,4 +104,8 @@ struct SyntheticStudy {
 };
 std::string text_of(const SyntheticStudy& study);
 
+/// The task of tests/user_program/reach.py, learnt by a flat policy of one Gaussian.
+/// @param lines  of [study]
+std::string reach_study(const std::string& lines);
+
 }  // namespace treeroll::end_to_end

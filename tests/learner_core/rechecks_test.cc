@@ -181,7 +181,6 @@ TEST(RechecksTest, WhichRollOutsAreRunAgainFollowsFromTheSeedAlone) {
   int num_drawn = 0;
   for (int number = 0; number < 10'000; ++number) {
     num_drawn += is_rechecked(study, 1, number);
-    EXPECT_EQ(is_rechecked(study, 1, number), is_rechecked(study, 1, number));
   }
   EXPECT_NEAR(num_drawn, 200, 60);
   Study more = study;

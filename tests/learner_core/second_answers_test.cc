@@ -177,6 +177,7 @@ TEST(SecondAnswersTest, OfTwoWorkersNobodyCanTellWhichLies) {
   EXPECT_FALSE(cluster.core->workforce().rechecks().is_outvoted(1));
   EXPECT_FALSE(cluster.core->workforce().rechecks().is_outvoted(2));
   EXPECT_EQ(record_of(cluster).num_disputed, record_of(cluster).num_rechecked);
+  EXPECT_EQ(record_of(cluster).num_undecided, record_of(cluster).num_disputed);
   EXPECT_EQ(record_of(cluster).workers.at(1).num_disagreed,
             record_of(cluster).workers.at(1).num_compared);
 }

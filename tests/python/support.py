@@ -28,6 +28,22 @@ def policy_text(mean=0.25, inputs=1, outputs=1):
                      "covariance": covariance}]]})
 
 
+def study_text(study, task, *conditions, output_scale=1.0):
+    """A spline that is learnt from nothing. `study`, `task` and each of `conditions` are lines of these tables."""
+    tables = "".join(f"[[conditions]]\n{lines}\n" for lines in conditions or ('name = "plain"',))
+    return f"""[study]
+{study}
+[task]
+{task}
+[policy]
+kind = "spline"
+start = "constant"
+range = [0.0, 1.0]
+[exploration]
+output_scale = {output_scale}
+{tables}"""
+
+
 def lcm_url(salt):
     """A multicast group and port of the test's own, on this host."""
     pid = os.getpid()

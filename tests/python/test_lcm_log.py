@@ -8,27 +8,17 @@ import shutil
 import struct
 import unittest
 
-from support import PYTHON, SOURCE, ProgramTest, lcm_url
+from support import PYTHON, SOURCE, ProgramTest, lcm_url, study_text
 from treeroll.lcm_log import LogError, Reader, read_events, write_csv, write_lines
 from treeroll.lcm_types import Types
 
-STUDY = """
-[study]
-name = "watched"
-rollouts = 2000
-[task]
-name = "synthetic"
-duration_us = 1000
-[policy]
-kind = "spline"
-start = "constant"
-range = [0.0, 1.0]
-[exploration]
-output_scale = 1.0
-[[conditions]]
-name = "plain"
-"""
+STUDY = study_text('name = "watched"\nrollouts = 2000', 'name = "synthetic"\nduration_us = 1000')
 LCM_JAR = "/usr/share/java/lcm.jar"
+
+
+def recipe(language):
+    """Of deploy/doc/lcm.md."""
+    return (SOURCE / "deploy/doc/lcm.md").read_text().partition(f"```{language}\n")[2].partition("```")[0]
 
 
 def event(number, channel, data, time_us=1_500_000):
@@ -132,8 +122,7 @@ class GeneratedTypesTest(ProgramTest):
     def test_cpp(self):
         headers = self.generated("-x", "--cpp-std", "c++11", "--cpp-hpath", self.folder,
                                  pattern="treeroll/*.hpp")
-        page = (SOURCE / "deploy/doc/lcm.md").read_text()
-        (self.folder / "watch.cc").write_text(page.partition("```cpp\n")[2].partition("```")[0])
+        (self.folder / "watch.cc").write_text(recipe("cpp"))
         self.run_program("c++", "-I", self.folder, "watch.cc", "-o", "watch", "-llcm")
         everything = self.folder / "all.cc"
         everything.write_text("".join(f'#include "{header}"\n' for header in headers))
@@ -180,9 +169,7 @@ class SubscriberTest(ProgramTest):
     """The recipes of deploy/doc/lcm.md."""
 
     def test_python(self):
-        page = (SOURCE / "deploy/doc/lcm.md").read_text()
-        recipe = page.partition("```python\n")[2].partition("```")[0]
-        (self.folder / "watch.py").write_text(recipe.replace("timeout_s=10", "timeout_s=30"))
+        (self.folder / "watch.py").write_text(recipe("python").replace("timeout_s=10", "timeout_s=30"))
         url = lcm_url(4)
         os.environ["LCM_DEFAULT_URL"] = url
         self.addCleanup(os.environ.pop, "LCM_DEFAULT_URL")

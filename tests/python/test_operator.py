@@ -11,7 +11,7 @@ import termios
 import time
 import unittest
 
-from support import PYTHON, ProgramTest, lcm_url, policy_text
+from support import PYTHON, ProgramTest, lcm_url, policy_text, study_text
 
 TASK = '''
 import treeroll
@@ -33,21 +33,7 @@ if __name__ == "__main__":
     treeroll.run(treeroll.with_operator(Reach))
 '''
 
-STUDY = '''
-[study]
-name = "operated"
-rollouts = 4
-[task]
-name = "reach"
-[policy]
-kind = "spline"
-start = "constant"
-range = [0.0, 1.0]
-[exploration]
-output_scale = 1.0
-[[conditions]]
-name = "plain"
-'''
+STUDY = study_text('name = "operated"\nrollouts = 4', 'name = "reach"')
 
 
 class OperatorTest(ProgramTest):
@@ -77,12 +63,19 @@ class OperatorTest(ProgramTest):
         return file.read_text().split() if file.exists() else []
 
     def program(self, **environment):
-        process = subprocess.Popen(
-            [PYTHON, "reach.py"], cwd=self.folder, text=True, stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            env={**os.environ, "TREEROLL_OPERATOR_TERMINAL": os.ttyname(self.slave), **environment})
+        return self.piped([PYTHON, "reach.py"], env={
+            **os.environ, "TREEROLL_OPERATOR_TERMINAL": os.ttyname(self.slave), **environment})
+
+    def piped(self, words, **more):
+        process = subprocess.Popen(words, cwd=self.folder, text=True, stdin=subprocess.PIPE,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, **more)
         self.addCleanup(lambda: (process.kill(), process.communicate()))
         return process
+
+    def take_terminal(self):
+        """In a child: the terminal becomes its own."""
+        os.setsid()
+        fcntl.ioctl(self.slave, termios.TIOCSCTTY, 0)
 
     def say(self, process, request):
         process.stdin.write(json.dumps(request) + "\n")
@@ -92,11 +85,11 @@ class OperatorTest(ProgramTest):
         self.say(process, {"describe": {"name": "reach", "settings": {}}})
         return json.loads(process.stdout.readline())
 
-    def evaluate(self, process, seed, bounds=None):
+    def evaluate(self, process, seed, bounds=None, rollout=17):
         policy = json.loads(policy_text(0.5))
         if bounds:
             policy["bounds"] = bounds
-        self.say(process, {"evaluate": {"run": 0, "rollout": 0, "seed": seed, "trace": False,
+        self.say(process, {"evaluate": {"run": 3, "rollout": rollout, "seed": seed, "trace": False,
                                         "policy": policy}})
 
     def test_nothing_moves_before_the_operator_says_so_and_nothing_counts_before_it_is_accepted(self):
@@ -107,7 +100,7 @@ class OperatorTest(ProgramTest):
         self.type("\n\n\n")  # typed before the question: no answer
         time.sleep(.2)
         self.evaluate(process, 5)
-        self.until("reach, seed 5: Enter begins")
+        self.until("reach, run 3, roll-out 17, seed 5: Enter begins")
         self.until("> ")
         time.sleep(.3)
         self.assertEqual(self.moved(), [])
@@ -123,6 +116,15 @@ class OperatorTest(ProgramTest):
         self.type("a\n")
         self.assertEqual(json.loads(process.stdout.readline()),
                          {"reward": 0.8, "terms": {"miss_m": -0.5}})
+
+    def test_the_operator_is_told_whether_it_is_a_trial_or_an_evaluation(self):
+        process = self.program()
+        self.described(process)
+        for rollout, words in ((-2, "the start policy"), (-1, "the final policy"), (-3, "the final policy")):
+            self.evaluate(process, 5, rollout=rollout)
+            self.until(f"reach, run 3, {words}, seed 5: Enter begins, r rejects, p pauses > ")
+            self.type("r\n")
+            self.assertEqual(json.loads(process.stdout.readline()), {"discarded": "operator"})
 
     def test_a_rejected_trial_is_void_before_and_after_it_has_moved(self):
         process = self.program()
@@ -199,14 +201,7 @@ class OperatorTest(ProgramTest):
         self.assertEqual(self.moved(), [])
 
     def test_its_own_terminal_is_known_however_often_it_is_described(self):
-        def take_terminal():
-            os.setsid()
-            fcntl.ioctl(self.slave, termios.TIOCSCTTY, 0)
-
-        process = subprocess.Popen(
-            ["sh", "-c", f"{PYTHON} reach.py; true"], cwd=self.folder, text=True, preexec_fn=take_terminal,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        self.addCleanup(lambda: (process.kill(), process.communicate()))
+        process = self.piped(["sh", "-c", f"{PYTHON} reach.py; true"], preexec_fn=self.take_terminal)
         for _ in range(3):
             said = self.described(process)
             self.assertIn("time_limit_s", said, said)
@@ -216,10 +211,7 @@ class OperatorTest(ProgramTest):
                             ("/dev/pts/none", "cannot open the operator's terminal")):
             said = self.described(self.program(TREEROLL_OPERATOR_TERMINAL=place))
             self.assertIn(rule, said["refused"])
-        process = subprocess.Popen(
-            ["setsid", PYTHON, "reach.py"], cwd=self.folder, text=True, stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        self.addCleanup(lambda: (process.kill(), process.communicate()))
+        process = self.piped(["setsid", PYTHON, "reach.py"])
         self.assertIn("TREEROLL_OPERATOR_TERMINAL=/dev/pts/N", self.described(process)["refused"])
 
     def test_checking_a_study_does_not_move_the_robot(self):
@@ -239,14 +231,9 @@ class OperatorTest(ProgramTest):
     def learner_at_a_terminal(self, errors):
         """The worker is a background job there, which a terminal would stop."""
         (self.folder / "study.toml").write_text(STUDY)
-
-        def take_terminal():
-            os.setsid()
-            fcntl.ioctl(self.slave, termios.TIOCSCTTY, 0)
-
         learner = subprocess.Popen(
             ["treeroll-learner", "study.toml", "--local-workers", "2", "--lcm-url", lcm_url(3),
-             "--evaluator", f"{PYTHON} reach.py"], cwd=self.folder, text=True, preexec_fn=take_terminal,
+             "--evaluator", f"{PYTHON} reach.py"], cwd=self.folder, text=True, preexec_fn=self.take_terminal,
             env={**os.environ, "TERM": "xterm"}, stdin=self.slave, stdout=subprocess.PIPE, stderr=errors)
 
         def end():

@@ -2,7 +2,7 @@
 
 import json
 
-from support import PYTHON, ProgramTest, lcm_url
+from support import PYTHON, ProgramTest, lcm_url, study_text
 from treeroll import Policy
 
 TASK = """
@@ -18,21 +18,7 @@ class Reach(treeroll.Task):
 
 treeroll.run(Reach)
 """
-STUDY = """
-[study]
-name = "reach"
-rollouts = 12
-[task]
-name = "reach"
-[policy]
-kind = "spline"
-start = "constant"
-range = [0.0, 1.0]
-[exploration]
-output_scale = 0.5
-[[conditions]]
-name = "plain"
-"""
+STUDY = study_text('name = "reach"\nrollouts = 12', 'name = "reach"', output_scale=0.5)
 
 
 class SignalsTest(ProgramTest):

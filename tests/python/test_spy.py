@@ -9,30 +9,12 @@ import time
 import unittest
 from pathlib import Path
 
-from support import PROGRAMS, ProgramTest, lcm_url
+from support import PROGRAMS, ProgramTest, lcm_url, study_text
 
 SPY = PROGRAMS / "treeroll-spy"
-STUDY = """
-[study]
-name = "spied"
-rollouts = 400
-repetitions = 2
-[task]
-name = "synthetic"
-mode = "sleep"
-duration_us = 20000
-[policy]
-kind = "spline"
-start = "constant"
-range = [0.0, 1.0]
-[exploration]
-output_scale = 1.0
-[[conditions]]
-name = "one"
-[[conditions]]
-name = "two"
-exploration.output_scale = 0.5
-"""
+STUDY = study_text('name = "spied"\nrollouts = 400\nrepetitions = 2',
+                   'name = "synthetic"\nmode = "sleep"\nduration_us = 20000',
+                   'name = "one"', 'name = "two"\nexploration.output_scale = 0.5')
 # Of the first two conditions, RewardChart.java.
 COLOURS = (0x0072B2, 0xD55E00)
 

@@ -157,19 +157,12 @@ void Simulation::check_rechecks(int index, const std::vector<JournalRecord>& jou
   learner::Effects unsent;
   core.step(TimePoint{}, learner::Started{}, unsent);
   for (const JournalRecord& record : journal) apply({.record = record}, TimePoint{}, core);
-  const RecheckRecord& folded = core.workforce().rechecks().record();
-  observer_.require(folded.num_rechecked == live.num_rechecked &&
-                        folded.num_disputed == live.num_disputed &&
-                        folded.workers.size() == live.workers.size(),
+  observer_.require(core.workforce().rechecks().record() == live,
                     "the journal tells another story of its workers");
   observer_.count("roll-outs run again", live.num_rechecked);
   observer_.count("of these disputed", live.num_disputed);
-  for (const auto& [id, tally] : live.workers) {
-    observer_.count("workers outvoted", tally.num_outvoted > 0 ? 1 : 0);
-    const auto same_worker = folded.workers.find(id);
-    observer_.require(same_worker != folded.workers.end() &&
-                          same_worker->second.num_outvoted == tally.num_outvoted,
-                      "the journal tells another story of its workers");
+  for (const auto& [id, worker] : live.workers) {
+    observer_.count("workers outvoted", worker.num_outvoted > 0 ? 1 : 0);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include "common/protocol/limits.h"
 #include "common/transport/codec.h"
+#include "common/transport/signature.h"
 
 namespace treeroll::simulation {
 namespace {
@@ -9,14 +10,6 @@ namespace {
 constexpr std::uint32_t kStrangerDice = 70;
 constexpr std::size_t kHeardMax = 500;
 constexpr int kMadeUpIds = 40;
-
-bool is_of_a_worker(const protocol::Message& message) {
-  return std::visit(
-      [](const auto& m) {
-        return requires { m.worker_id; };
-      },
-      message);
-}
 
 }  // namespace
 
@@ -39,7 +32,7 @@ Node::MessagePointer Stranger::answer(const Node::MessagePointer& heard) {
   if (batch != nullptr && dice_.chance(.5)) return as_a_learner(*batch);
   const protocol::Message made = altered(*heard);
   std::vector<std::byte> bytes = transport::encode(made);
-  if (is_of_a_worker(made) && dice_.chance(.5)) {
+  if (transport::is_of_worker(transport::channel_of(made)) && dice_.chance(.5)) {
     return insider_.seal(std::make_shared<const protocol::Message>(made));
   }
   // The signature of another one, or none.

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "common/transport/short_frame.h"
+#include "common/transport/signature.h"
 #include "tests/transport/message_maker.h"
 #include "tests/transport/signing_side.h"
 
@@ -117,15 +118,14 @@ TEST(DatagramsLongTest, NoneCrashesNoneGrowsAndNoneIsTakenUnderAKey) {
   for (const Channel channel : kAllChannels) {
     for (int i = 0; i < kSeedsPerChannel; ++i) {
       protocol::Message message = maker.make(channel);
-      const bool is_of_worker = std::visit(
+      std::visit(
           [](auto& m) {
             if constexpr (requires { m.worker_id; }) m.worker_id = kWorker;
             if constexpr (requires { m.learner_id; }) m.learner_id = kLearner;
-            return requires { m.worker_id; };
           },
           message);
-      Side& from = is_of_worker ? pair.worker : pair.learner;
-      Side& to = is_of_worker ? pair.learner : pair.worker;
+      Side& from = is_of_worker(channel) ? pair.worker : pair.learner;
+      Side& to = is_of_worker(channel) ? pair.learner : pair.worker;
       const Signed said = from.say(message);
       to.hear(said);
       originals.emplace(said.channel, said.bytes);

@@ -4,7 +4,6 @@
 
 PREFIX is where treeroll is installed. Screenshots of the page need Chromium; without it they stay as they are."""
 
-import os
 import re
 import shutil
 import subprocess
@@ -14,8 +13,8 @@ import threading
 import time
 from pathlib import Path
 
-from page import Picture
-from reader import Reader
+from page import Picture, steps_of
+from reader import Reader, own_network
 
 TUTORIALS = Path(__file__).resolve().parents[2] / "deploy/doc/tutorials"
 BROWSERS = ("/usr/bin/chromium", "/usr/bin/chromium-browser")
@@ -49,10 +48,15 @@ def photograph_journal(prefix: Path, browser: str, state: Path, picture: Picture
         replay.wait()
 
 
+def pages_with_pictures():
+    return sorted(path.stem for path in TUTORIALS.glob("*.md")
+                  if any(isinstance(step, Picture) for step in steps_of(path)))
+
+
 def main() -> None:
     prefix = Path(sys.argv[1]).resolve()
     browser = next((path for path in BROWSERS if Path(path).exists()), None)
-    for name in sys.argv[2:] or sorted(path.stem for path in TUTORIALS.glob("*.md")):
+    for name in sys.argv[2:] or pages_with_pictures():
         made = []
 
         def see(picture: Picture, source: Path) -> None:
@@ -68,9 +72,7 @@ def main() -> None:
             made.append(f"{picture.path.name} {picture.path.stat().st_size // 1000} kB")
 
         with tempfile.TemporaryDirectory(prefix="treeroll-pictures-") as home:
-            pid = os.getpid()
-            url = f"udpm://239.255.92.{pid % 250 + 1}:{20000 + pid % 20000}?ttl=0"
-            Reader(TUTORIALS / f"{name}.md", Path(home), prefix, url).read(see)
+            Reader(TUTORIALS / f"{name}.md", Path(home), prefix, own_network(92)).read(see)
         print(f"{name}: {', '.join(made) or 'no picture'}", flush=True)
 
 

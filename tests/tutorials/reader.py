@@ -18,6 +18,12 @@ BEHIND_LIMIT_S = 60.0  # until what goes on behind has printed what the page sho
 _TYPED = re.compile(r"^treeroll: .* > ?(.*)$")
 
 
+def own_network(group: int) -> str:
+    """A multicast group and a port of this process's own, on this host."""
+    pid = os.getpid()
+    return f"udpm://239.255.{group}.{pid % 250 + 1}:{20000 + pid % 20000}?ttl=0"
+
+
 class TutorialError(Exception):
     """A command of the page did not do what the page says."""
 

@@ -8,7 +8,7 @@ import unittest
 import warnings
 from pathlib import Path
 
-from reader import Hosts, Reader
+from reader import Hosts, Reader, own_network
 
 SOURCE = Path(os.environ["TREEROLL_SOURCE_DIR"])
 PREFIX = Path(os.environ["TREEROLL_PREFIX"])
@@ -24,8 +24,6 @@ class TutorialTest(unittest.TestCase):
         """Every command does what the page says, and every picture can be made anew."""
         folder = tempfile.TemporaryDirectory(prefix="treeroll-tutorial-")
         self.addCleanup(folder.cleanup)
-        pid = os.getpid()
-        url = f"udpm://239.255.91.{pid % 250 + 1}:{20000 + pid % 20000}?ttl=0"
         pictures = []
 
         def see(picture, source):
@@ -37,7 +35,7 @@ class TutorialTest(unittest.TestCase):
         home = Path(folder.name)
         (home / "build").mkdir()
         (home / "build/release").symlink_to(PREFIX)  # of the clone in which the README is read
-        reader = Reader(page, home, PREFIX, url)
+        reader = Reader(page, home, PREFIX, own_network(91))
         reader.read(see)
         self.assertGreaterEqual(reader.num_commands, num_commands_least)
         return pictures

@@ -121,6 +121,13 @@ class Stage {
     step(MessageReceived{protocol::RolloutBatch{learner, ++sequence, std::move(rollouts), {}}});
   }
 
+  /// Roll-outs from `first` on, in one batch.
+  void ask_for(int count, int first = 0) {
+    std::vector<protocol::RolloutRequest> requests;
+    for (int i = 0; i < count; ++i) requests.push_back(request(first + i));
+    ask(std::move(requests));
+  }
+
   void acknowledge(std::int64_t index, protocol::LearnerId learner = kLearner) {
     step(MessageReceived{protocol::RolloutBatch{learner, ++sequence, {}, {{kMe, index, index}}}});
   }
@@ -132,6 +139,12 @@ class Stage {
   /// The evaluator finishes what it runs.
   void finish(int evaluator, double reward = .5, RolloutStatus status = RolloutStatus::kOk) {
     step(RolloutEvaluated{evaluator, job(evaluator), {reward, status}, 1000});
+  }
+
+  /// So much time passes, and the first evaluator finishes what took it.
+  void work(Duration duration) {
+    pass(duration);
+    step(RolloutEvaluated{0, job(0), Outcome::ok(.5), duration.count()});
   }
 
   void die(int evaluator, Death death, int code = 9) {

@@ -175,30 +175,24 @@ TEST(WorkerAnswersTest, ADiscardedTrialIsAnAnswerAndItsRepetitionIsSimulated) {
 TEST(WorkerAnswersTest, GathersAnswersWhileItHasWorkForLongAndNotWhenItRunsDry) {
   Stage stage;
   stage.define();
-  std::vector<protocol::RolloutRequest> requests;
-  for (int i = 0; i < 60; ++i) requests.push_back(stage.request(i));
-  stage.ask(requests);
-  const auto finish = [&stage] {
-    stage.pass(1ms);
-    stage.step(RolloutEvaluated{0, stage.job(0), {.5, RolloutStatus::kOk}, 1'000'000});
-  };
+  stage.ask_for(60);
   stage.clear();
-  finish();
+  stage.work(1ms);
   EXPECT_THAT(stage.sent<RewardBatch>(), SizeIs(1)) << "how soon more could come is not known yet";
   stage.pass(100us);
   stage.see(1);
   stage.clear();
-  for (int i = 0; i < 40; ++i) finish();
+  for (int i = 0; i < 40; ++i) stage.work(1ms);
   stage.pass(protocol::kAnswerDelayMax);
   EXPECT_GE(stage.sent<RewardBatch>().size(), 5U) << "8 ms at most";
   EXPECT_LE(stage.sent<RewardBatch>().size(), 9U);
   stage.see(41);
   stage.clear();
-  while (stage.status().free_slots < 62) finish();
+  while (stage.status().free_slots < 62) stage.work(1ms);
   stage.clear();
-  finish();
+  stage.work(1ms);
   EXPECT_THAT(stage.sent<RewardBatch>(), SizeIs(1)) << "few are queued";
-  finish();
+  stage.work(1ms);
   EXPECT_THAT(stage.sent<RewardBatch>(), SizeIs(2));
 }
 

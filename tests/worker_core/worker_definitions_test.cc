@@ -84,9 +84,7 @@ TEST(WorkerDefinitionsTest, AsksAtOnceForADefinitionItHasNotAskedFor) {
 TEST(WorkerDefinitionsTest, WhatNoRolloutWaitsForHasAFifthOfAnEvaluatorsTime) {
   Stage stage;
   stage.define();
-  std::vector<protocol::RolloutRequest> requests;
-  for (int number = 0; number < 40; ++number) requests.push_back(stage.request(number));
-  stage.ask(requests);
+  stage.ask_for(40);
   stage.definitions_load = false;
   for (int i = 0; i < 20; ++i) stage.step(task("stranger's task " + std::to_string(i), 666));
   stage.clear();

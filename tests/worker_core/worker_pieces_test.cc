@@ -175,9 +175,7 @@ TEST_F(WorkerThetaTest, OfNoNumbersIsRefusedWithItsRollouts) {
 TEST(WorkerPiecesTest, NamesAllThatItHoldsInFrames) {
   Stage stage(20, [](WorkerSettings& s) { s.batch_bytes_max = protocol::kBatchBytesRemoteMax; });
   stage.define();
-  std::vector<protocol::RolloutRequest> requests;
-  for (int i = 0; i < 500; ++i) requests.push_back(stage.request(i));
-  stage.ask(requests);
+  stage.ask_for(500);
   stage.clear();
   stage.pass(100ms);
   const auto statuses = stage.sent<protocol::WorkerStatus>();

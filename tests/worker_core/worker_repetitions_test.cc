@@ -106,18 +106,12 @@ TEST(WorkerRepetitionsTest, AllThatIsAskedAgainComesAgainHoweverSmallAFrame) {
 TEST(WorkerRepetitionsTest, AnAnswerThatWaitsIsNotSettledByAnIndexThatWasNeverGiven) {
   Stage stage;
   stage.define();
-  std::vector<protocol::RolloutRequest> requests;
-  for (int i = 0; i < 60; ++i) requests.push_back(stage.request(i));
-  stage.ask(requests);
-  const auto finish = [&stage] {
-    stage.pass(1ms);
-    stage.step(RolloutEvaluated{0, stage.job(0), {.5, RolloutStatus::kOk}, 1'000'000});
-  };
-  finish();
+  stage.ask_for(60);
+  stage.work(1ms);
   stage.pass(100us);
   stage.see(1);
   stage.clear();
-  finish();
+  stage.work(1ms);
   ASSERT_THAT(stage.sent<RewardBatch>(), IsEmpty()) << "it waits for others to go along with";
   stage.acknowledge(1'000'000);
   stage.pass(protocol::kAnswerDelayMax + 1ms);
@@ -179,9 +173,7 @@ TEST(WorkerRepetitionsTest, AQuestionThatComesAgainBringsItsAnswerAgainAtOnce) {
 TEST(WorkerRepetitionsTest, GathersNothingWhereMessagesAreLost) {
   Stage stage;
   stage.define();
-  std::vector<protocol::RolloutRequest> requests;
-  for (int i = 0; i < 60; ++i) requests.push_back(stage.request(i));
-  stage.ask(requests);
+  stage.ask_for(60);
   stage.finish(0);
   stage.see(1);
   stage.sequence += 3;

@@ -68,9 +68,8 @@ class ProgramTask : public EvaluatedTask {
     const EvaluateAnswer answer = program_.evaluate(
         {trial.run, trial.rollout, trial.seed, to_json(*trial.policy, description_.signals)},
         description_, trace != nullptr && trace->keeps_rows() ? trace : nullptr);
-    for (const auto& [name, number] : answer.terms) {
-      if (trace != nullptr) trace->set_term(name, number);
-    }
+    if (trace == nullptr) return answer.outcome;
+    for (const auto& [name, number] : answer.terms) trace->set_term(name, number);
     return answer.outcome;
   }
 

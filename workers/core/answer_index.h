@@ -10,8 +10,8 @@
 
 namespace treeroll::worker {
 
-/// Where the answer to a question stands. Of tens of thousands, looked up at each roll-out: a table
-/// by hash, for a tree takes sixteen steps, each somewhere else in memory. It cannot be walked, so
+/// Where the answer to a question stands. Of thousands, looked up at each roll-out: a table by
+/// hash, for a tree takes a dozen steps, each somewhere else in memory. It cannot be walked, so
 /// nothing can depend on its order.
 class AnswerIndex {
  public:

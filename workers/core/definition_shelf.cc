@@ -179,9 +179,11 @@ void DefinitionShelf::settle(const DefinitionName& name, Definition& definition)
   for (const protocol::LearnerId learner : definition.to_tell) {
     if (is_news) report(learner, name.id, accepted, definition.text);
   }
-  if (definition.told.size() < settings_.num_learners_max) {
-    definition.told.merge(definition.to_tell);
+  // Learners that are gone are in it too: those of today begin it anew.
+  if (definition.told.size() + definition.to_tell.size() > settings_.num_learners_max) {
+    definition.told.clear();
   }
+  definition.told.merge(definition.to_tell);
   definition.to_tell.clear();
   settled_ = true;
 }

@@ -14,7 +14,8 @@ std::size_t num_together(const HeldRollout& held, const Definition& task, std::s
   const bool is_known = task.rollout_time > Duration{};
   if (!is_known || !task.facts.repeatable || held.mishaps.alone) return 1;
   const auto by_time = static_cast<std::size_t>(settings.together_time_max / task.rollout_time);
-  const auto by_share = num_held / (2 * static_cast<std::size_t>(settings.num_evaluators));
+  const auto num_evaluators = static_cast<std::size_t>(settings.num_evaluators);
+  const auto by_share = (num_held + 2 * num_evaluators - 1) / (2 * num_evaluators);
   const auto by_size = kThetaNumbersMax / std::max<std::size_t>(held.request.theta.size(), 1);
   return std::max<std::size_t>(1, std::min({by_time, by_share, by_size, settings.together_max}));
 }

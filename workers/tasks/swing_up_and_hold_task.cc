@@ -78,7 +78,8 @@ Outcome SwingUpAndHoldTask::evaluate_traced(Controller& controller, std::uint64_
   trace.set_columns({"time_s", "phi1_rad", "phi2_rad", "y_m", "phi1_rate_radps", "phi2_rate_radps",
                      "y_rate_mps", "cart_acceleration_mps2", "cost", "goal_phi1_rad",
                      "goal_phi2_rad", "goal_y_m", "feed_forward_mps2", "holds"});
-  trace.set_policy_columns({"time_s"}, {"feed_forward_mps2"});
+  const auto [inputs, outputs] = description().signals;
+  trace.set_policy_columns(inputs, outputs);
   return roll_out(controller, seed, &trace);
 }
 

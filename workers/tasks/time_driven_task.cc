@@ -38,7 +38,8 @@ Outcome TimeDrivenTask::evaluate_traced(Controller& controller, std::uint64_t se
       "phi1_rate_radps", "phi2_rate_radps", "y_rate_mps", "cart_acceleration_mps2"};
   for (std::string& column : judge_columns()) columns.push_back(std::move(column));
   trace.set_columns(std::move(columns));
-  trace.set_policy_columns({"time_s"}, {"cart_acceleration_mps2"});
+  const auto [inputs, outputs] = description().signals;
+  trace.set_policy_columns(inputs, outputs);
   return roll_out(controller, seed, &trace);
 }
 

@@ -116,7 +116,18 @@ PolicyEffect NetworkPolicy::effect() const {
   return effect;
 }
 
-Eigen::VectorXd NetworkPolicy::steps_of_equal_effect() const { return equal_steps(effect()); }
+/// An element counts as moving the output by a thousandth of the most that any does at least.
+Eigen::VectorXd NetworkPolicy::steps_of_equal_effect() const {
+  constexpr double kLeastEffect = 1e-3;
+  const PolicyEffect effect = this->effect();
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(effect.derivative.cols());
+  for (Eigen::Index row = 0; row < effect.derivative.rows(); ++row) {
+    squares += effect.derivative.row(row).transpose().cwiseAbs2();
+  }
+  squares /= static_cast<double>(effect.outputs.rows());
+  const double least = kLeastEffect * kLeastEffect * squares.maxCoeff();
+  return squares.cwiseMax(least).cwiseSqrt().cwiseInverse();
+}
 
 PolicySketch NetworkPolicy::sketch() const {
   PolicySketch sketch;

@@ -96,10 +96,12 @@ int add_curve(const std::string& what, const std::vector<double>& across,
 }
 
 std::string axis_range(const Range& drawn) {
+  if (!(drawn.low <= drawn.high)) return "[*:*]";  // no point at all
   // Sums of equal numbers differ in their last bits.
   const double size = std::max(std::abs(drawn.low), std::abs(drawn.high));
   if (!(drawn.high - drawn.low <= 1e-9 * size)) return "[*:*]";
-  return fmt::format("[{:.6g}:{:.6g}]", drawn.low - 1, drawn.high + 1);
+  const double margin = std::max(1., 1e-3 * size);  // which six digits show
+  return fmt::format("[{:.6g}:{:.6g}]", drawn.low - margin, drawn.high + margin);
 }
 
 std::string equal_axes(const Box& box) {

@@ -37,7 +37,6 @@ final class RunHistory {
   private static final int NAME_LENGTH_MAX = 128;
 
   final String condition;
-  final int repetition;
   private int[] rollouts = new int[16];
   private final double[][] rewards = new double[Measure.values().length][16];
   private int size = 0;
@@ -46,7 +45,6 @@ final class RunHistory {
 
   RunHistory(run_status_t first) {
     condition = first.condition;
-    repetition = first.repetition;
   }
 
   /** Whether it can be of a learner: anybody may speak on the network. */
