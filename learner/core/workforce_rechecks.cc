@@ -53,7 +53,7 @@ void Workforce::hand_over(const Turn& turn, Ledger::Entry answered, const Accept
 /// Of the next worker, with the same question.
 void Workforce::ask_one_more(protocol::RolloutKey key, Ledger::Entry answered,
                              protocol::WorkerId by) {
-  answered.question.answered_by.push_back(by);
+  answered.question.answered_by.push_back(noted_worker(by));
   ledger_.draw(key, std::move(answered.question), std::move(answered.asked));
 }
 

@@ -71,6 +71,43 @@ TEST(SecondAnswersTest, EachRollOutIsAnsweredByAnotherWorkerAndNothingElseChange
   EXPECT_EQ(record_of(checked).num_disputed, 0);
 }
 
+TEST(SecondAnswersTest, AnotherHostIsAskedWhereThereIsAChoiceAndTheSameOneElse) {
+  const auto hosts_of = [](const Cluster& cluster) {
+    std::map<protocol::WorkerId, std::string> hosts;
+    for (const KnownWorker& known : cluster.notes) hosts[known.worker_id] = known.host;
+    return hosts;
+  };
+  const auto num_on_one_host = [&](const Cluster& cluster) {
+    std::map<std::pair<protocol::RolloutKey, std::int64_t>, std::string> first;
+    auto hosts = hosts_of(cluster);
+    for (const AcceptedResult& result : cluster.journal) {
+      first[{result.key, result.content}] = hosts[result.worker_id];
+    }
+    return std::ranges::count_if(cluster.second_answers, [&](const SecondAnswer& answer) {
+      return first.at({answer.result.key, answer.result.content}) == hosts[answer.result.worker_id];
+    });
+  };
+  const Study study = checked_study();
+  Cluster two(study);
+  add_workers(two, 4);
+  for (const std::size_t place : {0U, 1U}) two.workers[place]->host = "a";
+  for (const std::size_t place : {2U, 3U}) two.workers[place]->host = "b";
+  two.start();
+  two.run(hours(1));
+  ASSERT_EQ(two.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(two.second_answers.size(), 2 * (30U + 2U));
+  EXPECT_EQ(num_on_one_host(two), 0);
+  Cluster one(study);
+  add_workers(one, 4);
+  for (const auto& worker : one.workers) worker->host = "a";
+  one.start();
+  one.run(hours(1));
+  ASSERT_EQ(one.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(num_on_one_host(one), std::ssize(one.second_answers)) << "nobody else is there";
+  EXPECT_EQ(one.second_answers.size(), two.second_answers.size());
+  EXPECT_LT(to_seconds(one.now - TimePoint{}), 1.1 * to_seconds(two.now - TimePoint{}));
+}
+
 TEST(SecondAnswersTest, TheShareIsOfTheRollOutsThatTheSeedSays) {
   Cluster cluster(checked_study(.3));
   add_workers(cluster, 2);
