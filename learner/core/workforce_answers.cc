@@ -99,6 +99,7 @@ bool Workforce::accept(const Turn& turn, WorkerEntry& worker, const protocol::Ro
   ++worker.num_accepted;
   last_progress_ = turn.now;
   note_class(turn, worker);
+  note_signals(turn, *task_id);
   const AcceptedResult accepted{key, result.content, outcome, worker.id, result.duration_ns};
   ++num_unsynced_;
   if (is_second) {

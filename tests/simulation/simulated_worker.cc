@@ -240,8 +240,9 @@ void SimulatedWorker::perform(const worker::LoadDefinition& effect) {
         .evaluator = effect.evaluator,
         .name = effect.name,
         .accepted = true,
-        .text = effect.name.kind == worker::DefinitionKind::kTask ? task_description(scenario_.task)
-                                                                  : "",
+        .text = effect.name.kind == worker::DefinitionKind::kTask
+                    ? task_description(scenario_.task, settings_.pid % 2 == 0)
+                    : "",
         .facts = facts_of(effect.name.kind, effect.content, scenario_.task.time_limit)};
   });
 }
