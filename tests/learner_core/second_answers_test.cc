@@ -160,6 +160,13 @@ TEST(SecondAnswersTest, WhoLiesIsOutvotedSaidAndWithKeysSetAsideForGood) {
   EXPECT_TRUE(is_said(cluster, "worker 3 (host3 pid 3): two others contradict its answer to run"));
   EXPECT_TRUE(is_said(cluster, "it gets no more work of this study"));
   EXPECT_TRUE(is_said(cluster, "one of two workers of the same numeric class is broken"));
+  // Two that differ are said once: when a third one has told, who is broken.
+  std::map<std::string, int> times;
+  for (const LogLine& line : cluster.log) {
+    if (line.text.starts_with("run ")) ++times[line.text.substr(0, line.text.find(':'))];
+  }
+  ASSERT_FALSE(times.empty());
+  for (const auto& [rollout, count] : times) EXPECT_EQ(count, 1) << rollout;
   EXPECT_GT(cluster.core->counters().conflicting, 0);
   EXPECT_LT(cluster.workers[2]->num_evaluated, 12) << "found soon";
 }
