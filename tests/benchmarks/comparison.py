@@ -87,11 +87,13 @@ def parts(settings, quick, skipped):
     """Cases, their contestants, and whom the others are compared with: the first."""
     ping_pong = Contestant("socketpair ping-pong", peers.pool(1))
     pool = Contestant("socketpair pool, 1 a message", peers.pool(1))
+    with_keys = Contestant("treeroll with keys", service.measure_with_keys)
     multicast = Contestant("treeroll over multicast", service.measure)
     tcpq = Contestant("treeroll over tcpq", service.measure_over_tcpq)
     yield ("busy", QUICK_BUSY if quick else BUSY, busy_contestants(settings, skipped))
     yield ("asleep", QUICK_ASLEEP if quick else ASLEEP, [LIMIT, SERVICE, pool])
     yield ("one in flight", QUICK_ALONE if quick else ALONE, [ping_pong, SERVICE])
+    yield ("keys", QUICK_BUSY if quick else BUSY, [SERVICE, with_keys])
     if why_not := service.tcpq_hub()[1]:
         skipped.append(f"tcpq: {why_not}")
     else:

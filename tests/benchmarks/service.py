@@ -178,21 +178,35 @@ def await_results(journal, learner, worker):
         time.sleep(0.02)
 
 
-def measure(settings, case, url=None, listens=False):
+def key_files(settings, folder):
+    """Options of learner and worker, whose messages are signed and checked then."""
+    learner, worker = folder / "learner.key", folder / "worker.key"
+    keygen = settings.programs / "treeroll-keygen"
+    subprocess.run([keygen, learner], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([keygen, worker, "--worker-of", learner], check=True, stdout=subprocess.DEVNULL)
+    return ["--key-file", learner], ["--key-file", worker]
+
+
+def measure_with_keys(settings, case):
+    return measure(settings, case, has_keys=True)
+
+
+def measure(settings, case, url=None, listens=False, has_keys=False):
     """Starts a worker daemon and a learner, looks at both while they work, and stops them."""
     url = url or any_multicast_url()
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="treeroll-bench-")))
+        of_learner, of_worker = key_files(settings, folder) if has_keys else ([], [])
         listener = None
         if listens:
             listener = Listener(url)
             stack.callback(listener.end)
         worker = stack.enter_context(Daemon(
             [settings.programs / "treeroll-worker", "--processes", case.workers,
-             "--lcm-url", url], folder))
+             "--lcm-url", url, *of_worker], folder))
         learner = stack.enter_context(Daemon(
             [settings.programs / "treeroll-learner", settings.study, "--lcm-url", url,
-             "--state-dir", folder / "state", *case.settings_of_study()], folder))
+             "--state-dir", folder / "state", *of_learner, *case.settings_of_study()], folder))
         journal = folder / "state" / "journal.lcmlog"
         await_results(journal, learner, worker)
         # A long roll-out takes a while to come from every run.

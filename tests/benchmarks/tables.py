@@ -96,6 +96,7 @@ PARTS = {
     "busy": ("Busy evaluators", "columns: a roll-out's processor time"),
     "asleep": ("Evaluators that wait", "columns: evaluators, a roll-out's time"),
     "one in flight": ("One in flight", "columns: a roll-out's processor time"),
+    "keys": ("With keys", "columns: a roll-out's processor time"),
     "tcpq": ("tcpq beside multicast", "columns: a roll-out's processor time"),
 }
 

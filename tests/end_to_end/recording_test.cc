@@ -33,14 +33,14 @@ std::vector<protocol::Message> read_log(const std::filesystem::path& path) {
   return messages;
 }
 
-std::string study_text() { return two_runs("recorded", 20'000); }
+std::string recorded_study() { return two_runs("recorded", 20'000); }
 
 TEST(RecordingTest, ALoggerSeesEveryRolloutRewardDefinitionAndStatus) {
   const Service service;
   const std::filesystem::path log = service.directory() / "run.lcmlog";
   Daemon logger("/usr/bin/lcm-logger", {"--quiet", "--lcm-url=" + service.url(), log.string()},
                 service.directory());
-  std::filesystem::path study = service.study(study_text());
+  std::filesystem::path study = service.study(recorded_study());
   ASSERT_TRUE(eventually(seconds(10), [&] { return std::filesystem::exists(log); }));
   const Service::Learnt learnt = service.learn(study, {"--local-workers", "2"});
   ASSERT_EQ(learnt.status, 0) << learnt.log;
@@ -106,14 +106,14 @@ TEST(RecordingTest, ALogThatIsPlayedIntoTheGroupChangesNothing) {
       std::vector<std::string>{"--quiet", "--lcm-url=" + service.url(), log.string()},
       service.directory());
   ASSERT_TRUE(eventually(seconds(10), [&] { return std::filesystem::exists(log); }));
-  ASSERT_EQ(service.learn(service.study(study_text()), {}).status, 0);
+  ASSERT_EQ(service.learn(service.study(recorded_study()), {}).status, 0);
   logger->kill(SIGINT);
   ASSERT_NE(logger->wait(seconds(10)), -1);
   leaves->kill(SIGTERM);
   ASSERT_EQ(leaves->wait(seconds(20)), 0);
   leaves.reset();
 
-  std::string longer = study_text();
+  std::string longer = recorded_study();
   longer.replace(longer.find("rollouts = 60"), 13, "rollouts = 160");
   const std::filesystem::path study = service.study(longer);
   std::map<int, Service::Learnt> learnt;  // by speed; 0: undisturbed

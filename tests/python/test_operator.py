@@ -85,11 +85,11 @@ class OperatorTest(ProgramTest):
         self.say(process, {"describe": {"name": "reach", "settings": {}}})
         return json.loads(process.stdout.readline())
 
-    def evaluate(self, process, seed, bounds=None):
+    def evaluate(self, process, seed, bounds=None, rollout=17):
         policy = json.loads(policy_text(0.5))
         if bounds:
             policy["bounds"] = bounds
-        self.say(process, {"evaluate": {"run": 0, "rollout": 0, "seed": seed, "trace": False,
+        self.say(process, {"evaluate": {"run": 3, "rollout": rollout, "seed": seed, "trace": False,
                                         "policy": policy}})
 
     def test_nothing_moves_before_the_operator_says_so_and_nothing_counts_before_it_is_accepted(self):
@@ -100,7 +100,7 @@ class OperatorTest(ProgramTest):
         self.type("\n\n\n")  # typed before the question: no answer
         time.sleep(.2)
         self.evaluate(process, 5)
-        self.until("reach, seed 5: Enter begins")
+        self.until("reach, run 3, roll-out 17, seed 5: Enter begins")
         self.until("> ")
         time.sleep(.3)
         self.assertEqual(self.moved(), [])
@@ -116,6 +116,15 @@ class OperatorTest(ProgramTest):
         self.type("a\n")
         self.assertEqual(json.loads(process.stdout.readline()),
                          {"reward": 0.8, "terms": {"miss_m": -0.5}})
+
+    def test_the_operator_is_told_whether_it_is_a_trial_or_an_evaluation(self):
+        process = self.program()
+        self.described(process)
+        for rollout, words in ((-2, "the start policy"), (-1, "the final policy"), (-3, "the final policy")):
+            self.evaluate(process, 5, rollout=rollout)
+            self.until(f"reach, run 3, {words}, seed 5: Enter begins, r rejects, p pauses > ")
+            self.type("r\n")
+            self.assertEqual(json.loads(process.stdout.readline()), {"discarded": "operator"})
 
     def test_a_rejected_trial_is_void_before_and_after_it_has_moved(self):
         process = self.program()

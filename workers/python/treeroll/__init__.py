@@ -28,8 +28,8 @@ from .operated import with_operator
 from .policy import Policy, PolicyError
 from .program import run
 from .settings import Refused, Settings
-from .task import Description, Discarded, Failed, Task
+from .task import Description, Discarded, Failed, Task, Trial
 from .watcher import BestPolicy, Watcher
 
 __all__ = ["BestPolicy", "Description", "Discarded", "Failed", "Policy", "PolicyError", "Refused",
-           "Settings", "Task", "Watcher", "run", "with_operator"]
+           "Settings", "Task", "Trial", "Watcher", "run", "with_operator"]

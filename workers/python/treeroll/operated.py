@@ -62,7 +62,7 @@ def with_operator(task: Type[Task], patience_s: float = 3600.0) -> Type[Task]:
             # Waiting for the terminal counts too. So a trial that begins has its time before it.
             begin_until = time.monotonic() + self._patience_s
             with self._desk as desk:
-                desk.ask(f"{self.name}, seed {seed}: Enter begins, r rejects, p pauses", "",
+                desk.ask(f"{self.name}, {self.trial}, seed {seed}: Enter begins, r rejects, p pauses", "",
                          until=begin_until)
                 try:
                     reward = float(super().evaluate(policy, seed))

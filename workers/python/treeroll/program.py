@@ -12,7 +12,7 @@ from typing import IO, Any, Callable, Optional, Type
 
 from .policy import Policy
 from .settings import Refused, Settings
-from .task import Discarded, Failed, Task, _number, _Trace
+from .task import Discarded, Failed, Task, Trial, _number, _Trace
 
 
 def run(*tasks: Type[Task]) -> None:
@@ -90,6 +90,7 @@ class _Program:
         if task is None:
             return {"failed": "no task has been described"}
         task.terms = {}
+        task.trial = Trial(asked["run"], asked["rollout"])
         task._trace = _Trace() if asked.get("trace") else None
         return self._outcome(lambda: self._said(task, asked))
 

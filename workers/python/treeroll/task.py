@@ -38,6 +38,20 @@ class Description:
     """the same of what a policy gives: ``["cart_acceleration_mps2"]``"""
 
 
+@dataclasses.dataclass(frozen=True)
+class Trial:
+    """Which roll-out it is, as ``rollouts.csv`` and ``treeroll-replay`` count them."""
+
+    run: int = 0
+    rollout: int = 0
+    """negative: an evaluation of the start policy, -2, or of the final one"""
+
+    def __str__(self) -> str:
+        if self.rollout >= 0:
+            return f"run {self.run}, roll-out {self.rollout}"
+        return f"run {self.run}, the {'start' if self.rollout == -2 else 'final'} policy"
+
+
 class Failed(Exception):
     """Raised by ``evaluate``: this policy cannot be evaluated, and its reward is 0. Says why."""
 
@@ -60,6 +74,8 @@ class Task:
 
     terms: dict[str, float]
     """what the reward of this roll-out is made of, by name, for people; empty before each"""
+    trial: Trial = Trial()
+    """which one this is, for people: a reward goes by the policy and the seed"""
 
     def __init__(self, settings: "Settings"):
         """Reads the settings: ``self.goal_m = settings.number("goal_m", 0.5)``."""
