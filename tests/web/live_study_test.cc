@@ -160,7 +160,9 @@ TEST(LiveStudyTest, NamesOfSignalsAreShownOnceAWorkerHasToldThem) {
   learner::Cluster cluster(learner::small_study(30, 2), /*knows_task=*/false);
   cluster.add_worker(1).description = report_text(
       {.input_dim = 1, .output_dim = 1, .time_limit_s = 10, .signals = {{"time_s"}, {"force_n"}}});
-  const LiveStudy live(*cluster.core, {.columns = {{"t", "x"}}});
+  StudyFacts facts;
+  facts.columns = {{"t", "x"}};
+  const LiveStudy live(*cluster.core, facts);
   cluster.start();
   EXPECT_EQ(json::parse(condition_view(live, 0))["columns"], json({"t", "x"}));
   cluster.run(std::chrono::hours(1));

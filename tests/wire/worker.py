@@ -217,7 +217,8 @@ class Worker:
         theta = self.thetas[request["theta_ids"][0]] if request["theta_ids"] else request["theta"]
         policy = self.policies[request["policy_id"]]
         policy.theta = theta
-        said = self.program.evaluate({"policy": policy.text, "seed": request["task_seed"] % 2**64})
+        said = self.program.evaluate({"run": request["key"]["run"], "rollout": request["key"]["number"],
+                                      "policy": policy.text, "seed": request["task_seed"] % 2**64})
         word = next(w for w in STATUS if w in said)
         self.num_evaluated += 1
         link = self.links[request["learner"]]
