@@ -148,7 +148,9 @@ void LearnerCore::on(const Turn&, const SignalsRecovered& event) {
   for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
     if (task_ids_[c] != task_id) continue;
     const Policy& start = *study_.conditions[c].start;
-    const auto fault = fault_of(names, start.input_dim(), start.output_dim());
+    auto fault = fault_of(names, start.input_dim(), start.output_dim());
+    const TaskDescription* facts = workforce_.facts_of(task_id);
+    if (!fault && facts) fault = difference(names, "those of this task are", facts->signals);
     if (!fault) return workforce_.recover(event.signals);
     return fail(fmt::format("the journal names the signals of a task otherwise: {}", *fault));
   }

@@ -177,6 +177,18 @@ TEST_F(TaskSignalsTest, AJournalThatNamesOthersIsRefused) {
   EXPECT_EQ(failure_of({kTaskId, kNames}), "");
   EXPECT_THAT(failure_of({kTaskId, {{"a", "b"}, {"c"}}}), HasSubstr("inputs: has 2 names"));
   EXPECT_THAT(failure_of({content_hash("another"), kNames}), HasSubstr("does not have"));
+  // Nor one of another task, as a program beside the learner describes it now.
+  Cluster known(small_study(20, 1));
+  known.start();
+  known.tell(SignalsRecovered{{kTaskId, kNames}});
+  EXPECT_EQ(known.core->failure(), "") << "it names none";
+  LearnerSettings settings;
+  settings.known_tasks[kTask] = *task_description_from_json(naming(kOtherNames));
+  LearnerCore core(small_study(20, 1), settings);
+  Effects unsent;
+  core.step({}, Started{}, unsent);
+  core.step({}, SignalsRecovered{{kTaskId, kNames}}, unsent);
+  EXPECT_THAT(core.failure(), HasSubstr("outputs are force_n, those of this task are torque_nm"));
 }
 
 TEST_F(TaskSignalsTest, NamesThatAreNotThoseOfTheGivenPolicyAreTheirWorkersTrouble) {

@@ -110,6 +110,8 @@ class SignalsTest(ProgramTest):
         url = lcm_url(11)
         self.start_worker(url, "reach.py")
         self.learn_from_afar(url, "study.toml", "--state-dir", "state")
+        said = self.learn("--resume", "state", "--set", "study.rollouts=16", program="other.py", status=1)
+        self.assertIn("outputs are wrist_m, those of this task are elbow_m", said.stderr)
         other = lcm_url(12)
         self.start_worker(other, "other.py")
         learner = self.start("treeroll-learner", "--resume", "state", "--set", "study.rollouts=16",
