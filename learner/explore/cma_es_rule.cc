@@ -17,6 +17,9 @@ namespace {
 /// A start is far from good if bold steps from it earn so many times its reward. By chance one of a
 /// generation is a little better than a good start as well, from which bold steps lose much.
 constexpr double kOutdone = 1.1;
+/// Of the step with which sizes of the output are tried: the largest that is felt is more than a
+/// search wants.
+constexpr double kOfFelt = .7;
 
 class CmaEsRule final : public PopulationRule {
  public:
@@ -34,6 +37,7 @@ class CmaEsRule final : public PopulationRule {
     }
   }
 
+  bool is_trial() const override { return scales_.has_value(); }
   Eigen::VectorXd next_normal_numbers(RandomStream stream) override {
     if (cautious_ && !std::exchange(has_drawn_mean_, true)) {
       return Eigen::VectorXd::Zero(distribution().mean.size());
@@ -71,7 +75,7 @@ class CmaEsRule final : public PopulationRule {
       if (scales_ || !is_far) {
         if (scales_) from.noise = scales_->best(generation);
         scales_.reset();
-        if (is_far) from.noise *= bolder_ * bolder_;
+        if (is_far) from.noise *= (kOfFelt * bolder_) * (kOfFelt * bolder_);
         to_mirror_.reset();  // the mirror of a draw of the trial is none of the noise that follows
         search_ = search(is_far ? *settings_.bold_rate_factor : settings_.rate_factor, from);
         return search_.distribution();

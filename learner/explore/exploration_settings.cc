@@ -173,13 +173,13 @@ class Reader {
     constexpr const char* kTried = "auto";
     if (source_.has(kKey) &&
         !source_.is_word(kKey, kTried,
-                         {.meaning = "Sizes from a hundredth to a hundred are tried in the first "
+                         {.meaning = "Sizes from .02 to 50 are tried in the first "
                                      "generation: of a start that does nothing"})) {
       return false;
     }
     source_.string(kKey, kTried,
                    {.meaning = "\"auto\", of rule \"auto\" for a start that does nothing: sizes "
-                               "from a hundredth to a hundred are tried in the first generation"});
+                               "from .02 to 50 are tried in the first generation"});
     return true;
   }
 

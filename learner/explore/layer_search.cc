@@ -24,9 +24,11 @@ LayerSearch::Drawn LayerSearch::draw(RandomStream stream) {
 }
 
 void LayerSearch::learn(const ToldRollout& told, int num_results_of_run) {
-  ++num_results_;
-  window_.add(told.rated.reward);
-  if (gains_) gains_->add(told.rated.reward);
+  if (!rule_->is_trial()) {
+    ++num_results_;
+    window_.add(told.rated.reward);
+    if (gains_) gains_->add(told.rated.reward);
+  }
   if (!rule_->learn(told, num_results_of_run)) return;
   distribution_ = std::make_shared<SearchDistribution>(rule_->distribution());
   factor_.reset();

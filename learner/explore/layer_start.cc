@@ -22,8 +22,9 @@ namespace {
 
 /// Times kStepFromNothing: one of these is to be felt.
 constexpr double kTriedBolder = 3;
-/// In the output's unit, whatever that is; the likeliest first.
-constexpr double kTriedScales[] = {1, .1, 10, .01, 100};
+/// In the output's unit, whatever that is; the likeliest first, and closer around it: where all
+/// draws of the right size happen to be bad, the next smaller one is not much too small.
+constexpr double kTriedScales[] = {1, .2, 5, .02, 50};
 
 /// Of a policy whose size nobody has told: what it does tells it, or several are tried.
 void try_scales(const ExplorationSettings& settings, const PolicyEffect& effect,

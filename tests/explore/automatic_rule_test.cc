@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
@@ -120,7 +121,7 @@ TEST(AutomaticRuleTest, TheFirstGenerationTriesAllSizesInPairs) {
   EXPECT_EQ(generation[0].theta, Eigen::VectorXd::Zero(8));
   for (std::size_t i = 1; i + 1 < 12; i += 2) {
     EXPECT_TRUE(generation[i].theta.isApprox(-generation[i + 1].theta, 1e-9)) << i;
-    const double sizes[] = {1, .1, 10, .01, 100};
+    const double sizes[] = {1, .2, 5, .02, 50};
     const double rms = std::sqrt(generation[i].theta.squaredNorm() / 8);
     EXPECT_GT(rms, .03 * sizes[i / 2]);
     EXPECT_LT(rms, 3 * sizes[i / 2]);
@@ -132,6 +133,29 @@ TEST(AutomaticRuleTest, TheFirstGenerationTriesAllSizesInPairs) {
   const std::optional<Draw> next = run.ask();
   ASSERT_TRUE(next);
   EXPECT_GT(std::sqrt(next->theta.squaredNorm() / 8), 3);
+}
+
+/// Of a spline of two layers with two draws under way: the place of the first switch.
+int first_switch(const std::function<double(int)>& reward) {
+  const LinearPolicy ladder(
+      std::make_shared<SplineForm>(std::make_shared<SplineLadder>(BSpline(3, 5, 0, 2), 2), nullptr),
+      Eigen::MatrixXd::Zero(1, 7), 1);
+  ExplorationSettings settings = read_automatic_settings({{"convergence_window", 12}}, ladder);
+  settings.num_rollouts = 60;
+  Exploration run(settings, ladder, 3, 0);
+  while (!run.done()) {
+    const std::optional<Draw> draw = run.ask();
+    run.tell(draw->rollout, Outcome::ok(reward(draw->rollout)));
+  }
+  return run.switches().empty() ? -1 : run.switches().front();
+}
+
+/// Sizes are tried one after the other, the likeliest first, so their rewards fall.
+TEST(AutomaticRuleTest, ATrialOfSizesDoesNotCountAsConvergence) {
+  const auto falling = [](int rollout) { return 1. / (1 + rollout); };
+  EXPECT_EQ(first_switch(falling), 23);  // by the twelve results behind those of the trial
+  EXPECT_EQ(first_switch([](int rollout) { return rollout < 12 ? 12. - rollout : 13. + rollout; }),
+            -1);
 }
 
 TEST(AutomaticRuleTest, OtherRulesNeedAScaleForAStartFromNothing) {

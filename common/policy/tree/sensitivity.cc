@@ -18,6 +18,7 @@ constexpr double kDeviations[] = {-1.5, -1, -.5, 0, .5, 1, 1.5};
 /// An element that moves the output by less of what it might moves nothing: its step is bounded,
 /// those of others are theirs to the bit.
 constexpr double kNothing = 1e-3;
+/// Of the strongest element in the output's unit.
 constexpr double kLeastShare = .1;
 
 struct WeightedInput {
@@ -107,9 +108,13 @@ Eigen::VectorXd least_effect(const TreePolicy& policy) {
   return least;
 }
 
-/// What each element might move the output at most, as its floor is a share of it.
-Eigen::VectorXd most_expected(const TreePolicy& policy, const Eigen::VectorXd& rms,
-                              const std::vector<WeightedInput>& inputs) {
+struct Expected {
+  Eigen::VectorXd most;     ///< what each element might move the output
+  Eigen::VectorXd instead;  ///< what it counts as where it moves nothing
+};
+
+Expected expected(const TreePolicy& policy, const Eigen::VectorXd& rms,
+                  const std::vector<WeightedInput>& inputs) {
   const Gmm finest = policy.tree().finest();
   const Gmr gmr(finest);
   double size = 0;  // of the outputs, and of their spread where all are 0
@@ -131,9 +136,14 @@ Eigen::VectorXd most_expected(const TreePolicy& policy, const Eigen::VectorXd& r
   for (Eigen::Index i = 0; i < rms.size(); ++i) {
     if (least[i] == 0) largest = std::max(largest, rms[i]);
   }
-  Eigen::VectorXd most(rms.size());
-  for (Eigen::Index i = 0; i < rms.size(); ++i) most[i] = least[i] == 0 ? largest : least[i] * size;
-  return most;
+  Expected expected{Eigen::VectorXd(rms.size()), Eigen::VectorXd(rms.size())};
+  for (Eigen::Index i = 0; i < rms.size(); ++i) {
+    const bool is_mean_input = least[i] != 0;
+    expected.most[i] = is_mean_input ? least[i] * size : largest;
+    // A share of what a mean input might move would be a step past its neighbours.
+    expected.instead[i] = is_mean_input ? expected.most[i] : kLeastShare * largest;
+  }
+  return expected;
 }
 
 /// A policy with one number of theta a little larger, and a little smaller: a central difference.
@@ -171,9 +181,9 @@ Eigen::VectorXd sensitivity_scale(const TreePolicy& policy) {
     rms[i] = std::sqrt(sum / weight_sum) / distance;
   }
   CHECK(rms.allFinite() && rms.maxCoeff() > 0, "a policy whose output nothing moves");
-  const Eigen::VectorXd most = most_expected(policy, rms, inputs);
+  const auto [most, instead] = expected(policy, rms, inputs);
   const auto moves_nothing = (rms.array() < kNothing * most.array());
-  return moves_nothing.select(kLeastShare * most, rms).cwiseInverse();
+  return moves_nothing.select(instead, rms).cwiseInverse();
 }
 
 PolicyEffect tree_effect(const TreePolicy& policy) {

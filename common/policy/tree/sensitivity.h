@@ -11,9 +11,10 @@ namespace treeroll {
 /// is needed. The root mean square is over inputs where the finest layer's Gaussians lie: their
 /// means and up to 1.5 deviations along each axis of their input factor, weighted by their priors.
 /// @return  n x 1, above 0, in units of theta_i per unit of output (the norm over the outputs). An
-///          element that moves the output by less than a thousandth of what it might counts as a
-///          tenth of that: of the strongest in the output's unit; a mean input, of the outputs'
-///          size within half its deviation.
+///          element that moves nothing has a bounded step all the same. In the output's unit it
+///          counts as a tenth of the strongest where it moves less than a thousandth of that; a
+///          mean input as moving the outputs' size within half its deviation where it moves less
+///          than a thousandth of that.
 Eigen::VectorXd sensitivity_scale(const TreePolicy& policy);
 
 /// Policy::effect(), by central differences: for one input over the whole range of the Gaussians.

@@ -31,11 +31,11 @@ TEST(SensitivityTest, StepsOfThatLengthMoveTheOutputAlike) {
   const Eigen::VectorXd scale = sensitivity_scale(policy);
   ASSERT_EQ(scale.size(), 6);
   EXPECT_TRUE((scale.array() > 0).all() && scale.allFinite());
-  // All outputs of this tree are 0: moving a Gaussian in time changes nothing, and is bounded by
-  // ten times what a half of its deviation is worth beside the spread of the output.
+  // All outputs of this tree are 0: moving a Gaussian in time changes nothing, and counts as moving
+  // the spread of the output within half its deviation.
   const Gmm gmm = policy.tree().layer(1);
   const double spread = std::sqrt(policy.tree().finest()[0].covariance(1, 1));
-  EXPECT_NEAR(scale[0], 10 * .5 * std::sqrt(gmm[0].covariance(0, 0)) / spread, 1e-9);
+  EXPECT_NEAR(scale[0], .5 * std::sqrt(gmm[0].covariance(0, 0)) / spread, 1e-9);
   EXPECT_NEAR(scale[1], scale[4], 1e-6 * scale[1]) << "the two halves mirror each other";
 }
 
