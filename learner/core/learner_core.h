@@ -24,7 +24,7 @@ namespace treeroll::learner {
 ///
 ///   LearnerCore core(study, settings);
 ///   core.step(now, Started{}, effects);
-///   ... ResultRecovered, WorkerRecovered and TimeRecovered for each record of a journal, then
+///   ... what is recovered, for each record of a journal, then
 ///   core.step(now, RecoveryFinished{}, effects);
 ///   ... for each event, and TimerFired at core.next_deadline():
 ///   core.step(now, event, effects);  // carry_out() and clear the effects
@@ -82,6 +82,7 @@ class LearnerCore : private Client {
   void on(const Turn& turn, const ResultRecovered& event);
   void on(const Turn& turn, const SecondRecovered& event);
   void on(const Turn& turn, const WorkerRecovered& event);
+  void on(const Turn& turn, const SignalsRecovered& event);
   void on(const Turn& turn, const MessageReceived& event);
   void on(const Turn& turn, const InboxDrained& event);
   void on(const Turn& turn, const TimerFired& event);
@@ -100,6 +101,7 @@ class LearnerCore : private Client {
   void take(const Turn& turn, const AcceptedResult& result, int numeric_class) override;
   std::optional<std::string> take_facts(const Turn& turn, const ContentHash& task_id,
                                         const TaskDescription& facts) override;
+  void take_signals(const TaskSignals& signals) override;
 
   void draw(const Turn& turn, Run& run);
   void tell_of_final_evaluations(const Turn& turn, const Run& run);
