@@ -7,18 +7,20 @@
 #include <set>
 
 #include "common/base/cut_text.h"
+#include "common/base/for_log.h"
 
 namespace treeroll {
 namespace {
 
 constexpr std::size_t kListBytesMax = 120;
 
-/// They stand in JSON, in tables and on axes as they are.
+/// They stand in JSON, in tables, on axes and in logs as they are, also those of strangers.
 bool is_signal_name(const std::string& name) {
   const auto is_kept = [](unsigned char c) {
     return c > ' ' && c != 0x7f && c != '"' && c != '\\' && c != ',';
   };
-  return !name.empty() && name.size() <= kSignalNameBytesMax && std::ranges::all_of(name, is_kept);
+  return !name.empty() && name.size() <= kSignalNameBytesMax &&
+         std::ranges::all_of(name, is_kept) && for_log(name) == name;
 }
 
 std::optional<std::string> fault_of_list(const char* what, const std::vector<std::string>& names,
@@ -29,9 +31,9 @@ std::optional<std::string> fault_of_list(const char* what, const std::vector<std
   const auto bad = std::ranges::find_if_not(names, is_signal_name);
   if (bad != names.end()) {
     return fmt::format(
-        "{}: the name '{}' must have from 1 to {} bytes, without blanks, commas, quotes and "
-        "backslashes",
-        what, cut_text(*bad, kSignalNameBytesMax), kSignalNameBytesMax);
+        "{}: the name '{}' must have from 1 to {} bytes of UTF-8, without blanks, control "
+        "characters, commas, quotes and backslashes",
+        what, for_log(cut_text(*bad, kSignalNameBytesMax)), kSignalNameBytesMax);
   }
   if (std::set(names.begin(), names.end()).size() != names.size()) {
     return fmt::format("{}: each name must be there once", what);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <compare>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -13,13 +14,14 @@ inline constexpr std::size_t kSignalNameBytesMax = 128;
 /// What a task calls the inputs and outputs of its policies: each a name with its unit last, as a
 /// column of a trace has it ("time_s", "cart_acceleration_mps2"). They are for people and for
 /// programs that act by name, and decide no bit: neither messages to workers nor hashes hold them.
+/// Workers report theirs, so a learner that has no such task itself has them too.
 struct SignalNames {
   std::vector<std::string> inputs = {};
   std::vector<std::string> outputs = {};
 
   /// Nobody has named them.
   bool empty() const { return inputs.empty() && outputs.empty(); }
-  bool operator==(const SignalNames&) const = default;
+  auto operator<=>(const SignalNames&) const = default;
 };
 
 /// What is wrong with names of so many inputs and outputs: "inputs: must name each of 2". Nothing

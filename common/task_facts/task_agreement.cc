@@ -89,7 +89,7 @@ std::optional<std::string> disagreement(const TaskDescription& expected,
                                         const TaskDescription& found) {
   try {
     compare(in_full(to_json(expected)), in_full(to_json(found)), "task.described");
-    return std::nullopt;
+    return difference(found.signals, "this study calls them", expected.signals);
   } catch (const ConfigError& error) {
     return error.what();
   }

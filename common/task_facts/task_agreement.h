@@ -33,6 +33,8 @@ void check_agreement(const nlohmann::json& content, const nlohmann::json& settin
                      const TaskDescription& description);
 
 /// The same of two descriptions of one task: what differs, for a person; nothing if they agree.
+/// Whoever calls the signals otherwise has them in another order, or means others: its rewards are
+/// those of another task. Who names none agrees with all.
 std::optional<std::string> disagreement(const TaskDescription& expected,
                                         const TaskDescription& found);
 

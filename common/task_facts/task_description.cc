@@ -26,6 +26,11 @@ nlohmann::json to_json_with_signals(const TaskDescription& description) {
   return object;
 }
 
+std::string report_text(const TaskDescription& description) {
+  std::string text = to_json_with_signals(description).dump();
+  return text.size() <= kTaskReportBytesMax ? text : to_json(description).dump();
+}
+
 Result<TaskDescription> task_description_from_json(std::string_view text) {
   constexpr int kNestingMax = 2;
   const Result<nlohmann::json> json = parse_json(text, kNestingMax);

@@ -13,6 +13,8 @@ namespace treeroll {
 inline constexpr int kTaskDimMax = kSignalsMax;    ///< inputs or outputs of a task
 inline constexpr double kTaskTimeLimitSMax = 1e6;  ///< what a clock in nanoseconds can count
 inline constexpr std::size_t kTaskVersionBytesMax = 128;
+/// Of what a worker reports of a task: one message of the smallest frame holds it.
+inline constexpr std::size_t kTaskReportBytesMax = 1024;
 
 /// What a task says of itself before any roll-out. A task states it, a worker reports it, and the
 /// learner, which knows no task, goes by it.
@@ -41,12 +43,15 @@ struct TaskDescription {
 };
 
 /// An object with the names of TaskDescription's members, `repeatable` only where it is false and
-/// `version` only if there is one: what a worker reports of a task it accepts, and what studies and
-/// workers must agree on. Signals are not in it: names decide nothing.
+/// `version` only if there is one: what the content of a resolved task holds. Signals are not in
+/// it: names decide nothing.
 nlohmann::json to_json(const TaskDescription& description);
 /// The same with `inputs` and `outputs`, lists of names, if there are any: what --describe-task
 /// prints and a study keeps.
 nlohmann::json to_json_with_signals(const TaskDescription& description);
+/// The same as text, as a worker reports it of a task that it accepts: without the names where they
+/// would take it past kTaskReportBytesMax.
+std::string report_text(const TaskDescription& description);
 
 /// Reads such an object from outside: all members present but `repeatable`, true by default,
 /// `version`, `inputs` and `outputs`, of their type and within their bounds, and no others.

@@ -20,6 +20,7 @@
 #include "learner/app/resumable.h"
 #include "learner/app/showing.h"
 #include "learner/app/told_record.h"
+#include "learner/study/task_table.h"
 
 namespace treeroll {
 namespace {
@@ -31,6 +32,13 @@ using transport::Channel;
 constexpr std::chrono::hours kWritingMax{1};
 
 constexpr Duration kLastLook = std::chrono::milliseconds(1500);
+
+/// The earliest form that holds all that a study may have: what nobody here knows of a task, its
+/// workers may tell.
+std::uint32_t journal_format_of(const LoadedStudy& loaded) {
+  if (!unresolved_condition(loaded).empty()) return kJournalFormat;
+  return loaded.study.recheck > 0 ? kRecheckJournalFormat : kCommonJournalFormat;
+}
 
 /// Whether roll-outs of a task move something that a person may have to watch.
 bool has_trials_of_things(const std::map<std::string, TaskDescription>& tasks) {
@@ -130,12 +138,11 @@ FoldHooks LearnerDaemon::hooks_of_page() {
 void LearnerDaemon::begin_journal(const JournalTail& tail, const StateFiles& files,
                                   const StateStudy& state) {
   journal_->continue_after(tail);
-  journal_->append(
-      JournalStart{.study_id = state.in_journal.id,
-                   .learner_id = settings_.learner_id,
-                   .format = state.loaded.study.recheck > 0 ? kJournalFormat : kCommonJournalFormat,
-                   .program = cut_text(program_version(), kProgramBytesMax)},
-      wall_time_now_us());
+  journal_->append(JournalStart{.study_id = state.in_journal.id,
+                                .learner_id = settings_.learner_id,
+                                .format = journal_format_of(state.loaded),
+                                .program = cut_text(program_version(), kProgramBytesMax)},
+                   wall_time_now_us());
   if (state.in_journal.is_before_extension) {
     journal_->append(write_extension(files, state, program_version()), wall_time_now_us());
   }
@@ -235,6 +242,8 @@ void LearnerDaemon::append(const KnownWorker& worker) {
   write(worker);
   if (page_) page_->study().accepted(worker);
 }
+
+void LearnerDaemon::append(const TaskSignals& signals) { write(signals); }
 
 void LearnerDaemon::append(const LearningTime& time) { write(time); }
 

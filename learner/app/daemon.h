@@ -71,6 +71,7 @@ class LearnerDaemon : private learner::EffectHandler {
   void append(const AcceptedResult& result) override;
   void append(const SecondAnswer& answer) override;
   void append(const KnownWorker& worker) override;
+  void append(const TaskSignals& signals) override;
   void append(const LearningTime& time) override;
   void write(const JournalRecord& record);
   void flush() override;

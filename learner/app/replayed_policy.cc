@@ -27,6 +27,19 @@ std::optional<int> integer(std::string_view text) {
   return value;
 }
 
+/// What the study calls them; else what workers have told, which the journal holds.
+SignalNames signals_of(const Condition& condition, const std::filesystem::path& journal) {
+  SignalNames names = condition.signals;
+  if (!names.empty()) return names;
+  const ContentHash task_id = content_hash(condition.task_content);
+  const Result<JournalTail> tail = read_journal(journal, [&](const JournalRecord& record) {
+    const auto* signals = std::get_if<TaskSignals>(&record);
+    if (signals && signals->task_id == task_id) names = signals->names;
+  });
+  if (!tail) throw std::runtime_error(tail.error().message);
+  return names;
+}
+
 /// The policy of a roll-out that has been drawn and has no result yet; nothing if there is none.
 std::optional<std::string> policy_of(const learner::LearnerCore& core, protocol::RolloutKey key) {
   const learner::Ledger::Entry* open = core.ledger().find(key);
@@ -85,7 +98,9 @@ void write_start_policy(const StateFiles& files, const std::string& condition,
   const StateStudy state = read_state_study(files);
   std::string names;
   for (const Condition& known : state.loaded.study.conditions) {
-    if (known.name == condition) return write(to_json(*known.start, known.signals), output_file);
+    if (known.name == condition) {
+      return write(to_json(*known.start, signals_of(known, files.journal)), output_file);
+    }
     names += (names.empty() ? "" : ", ") + known.name;
   }
   throw ConfigError("--start", condition, "must be a condition of the study: " + names);

@@ -164,8 +164,10 @@ void fold_without_workers(const StateFiles& files, const std::vector<std::string
   say_runs(before, after, changed);
   const std::string missing = what_is_missing(state.loaded.study, after);
   if (!missing.empty()) {
-    fmt::print("missing    {}: treeroll-learner --resume {} learns them again\n", missing,
-               directory.string());
+    fmt::print(
+        "missing    {}: treeroll-learner --resume {} learns them again; end these workers first, "
+        "or it gives them work again\n",
+        missing, directory.string());
   }
 }
 

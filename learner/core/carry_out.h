@@ -12,6 +12,7 @@ class EffectHandler {
   virtual void append(const AcceptedResult& result) = 0;  ///< to the journal
   virtual void append(const SecondAnswer& answer) = 0;    ///< to the journal
   virtual void append(const KnownWorker& worker) = 0;     ///< to the journal
+  virtual void append(const TaskSignals& signals) = 0;    ///< to the journal
   virtual void append(const LearningTime& time) = 0;      ///< to the journal
   virtual void flush() = 0;  ///< all that was appended has left this process, and outlives it
   virtual void send(const protocol::Message& message) = 0;

@@ -18,6 +18,8 @@ constexpr Duration kLeaseMax = std::chrono::hours(24);
 constexpr double kCoveredDelaySeconds = 40e-3;
 /// More than any window: the others come first.
 constexpr double kLoadOfSecondChoice = 1e6;
+/// Of who is no new witness: the others come first, but those of second choice.
+constexpr double kLoadOfKnownWitness = 1e5;
 constexpr int kDepthMin = 2;
 constexpr int kDepthMax = 64;
 /// A request in the kernel's receive buffer, with its bookkeeping there.
@@ -56,13 +58,16 @@ class Candidates {
 
   /// Precondition: !empty(). Null if all have refused a definition.
   Seat* least_loaded(const Question& question) const {
-    if (may_have(*heap_.front().seat, question)) return heap_.front().seat;
-    const Candidate* least = nullptr;
+    Seat* front = heap_.front().seat;
+    if (may_have(*front, question) && front->worker->is_new_witness(question)) return front;
+    Candidate least;
     for (const Candidate& candidate : heap_) {
       if (is_stale(candidate) || !may_have(*candidate.seat, question)) continue;
-      if (!least || Later{}(*least, candidate)) least = &candidate;
+      const bool is_new = candidate.seat->worker->is_new_witness(question);
+      const Candidate one{candidate.load + (is_new ? 0 : kLoadOfKnownWitness), candidate.seat};
+      if (!least.seat || Later{}(least, one)) least = one;
     }
-    return least ? least->seat : nullptr;
+    return least.seat;
   }
 
   /// Of this worker, if it may have this one too; else null.

@@ -40,8 +40,9 @@ std::size_t num_out(const Ledger& ledger, protocol::WorkerId worker);
 /// Who gets which of the ready roll-outs: the least loaded worker that is alive, hears, has room
 /// and has not refused the definitions; one that has lost leases or is late only if no other has
 /// room. A re-issued one goes back to the worker that had it while nothing speaks against that
-/// worker, because it may hold it already or have the answer in its store. Reduces `free_slots` in
-/// `workers`; the leases are for Ledger::lease() to note.
+/// worker, because it may hold it already or have the answer in its store. Of those who are no
+/// second choice one of another host and key than those who have answered it comes first. Reduces
+/// `free_slots` in `workers`; the leases are for Ledger::lease() to note.
 std::vector<Ledger::Assignment> assign(const Ledger& ledger, WorkerTable& workers,
                                        const DispatchFacts& facts);
 

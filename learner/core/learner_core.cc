@@ -70,7 +70,8 @@ void LearnerCore::step(TimePoint now, const Event& event, Effects& effects) {
   // A journal goes on behind the last result: what was run again was answered yet.
   const bool is_behind_the_end =
       outcome_ == Outcome::kDone && (std::holds_alternative<SecondRecovered>(event) ||
-                                     std::holds_alternative<WorkerRecovered>(event));
+                                     std::holds_alternative<WorkerRecovered>(event) ||
+                                     std::holds_alternative<SignalsRecovered>(event));
   if (outcome_ != Outcome::kRunning && !last_words && !is_behind_the_end) return;
   const Turn turn{now, effects, log_limiter_};
   std::visit([&](const auto& what) { on(turn, what); }, event);
@@ -141,6 +142,20 @@ void LearnerCore::on(const Turn&, const SecondRecovered& event) {
 
 void LearnerCore::on(const Turn&, const WorkerRecovered& event) {
   workforce_.recover(event.worker);
+}
+
+void LearnerCore::on(const Turn&, const SignalsRecovered& event) {
+  const auto& [task_id, names] = event.signals;
+  for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
+    if (task_ids_[c] != task_id) continue;
+    const Policy& start = *study_.conditions[c].start;
+    auto fault = fault_of(names, start.input_dim(), start.output_dim());
+    const TaskDescription* facts = workforce_.facts_of(task_id);
+    if (!fault && facts) fault = difference(names, "those of this task are", facts->signals);
+    if (!fault) return workforce_.recover(event.signals);
+    return fail(fmt::format("the journal names the signals of a task otherwise: {}", *fault));
+  }
+  fail("the journal names the signals of a task that this study does not have");
 }
 
 void LearnerCore::on(const Turn& turn, const MessageReceived& event) {
@@ -280,18 +295,29 @@ std::optional<std::string> LearnerCore::take_facts(const Turn&, const ContentHas
                                                    const TaskDescription& facts) {
   for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
     if (task_ids_[c] != task_id) continue;
-    const Policy& policy = *study_.conditions[c].start;
-    if (policy.input_dim() == facts.input_dim && policy.output_dim() == facts.output_dim) {
+    const Condition& condition = study_.conditions[c];
+    const Policy& policy = *condition.start;
+    std::string why;
+    if (policy.input_dim() != facts.input_dim || policy.output_dim() != facts.output_dim) {
+      why = fmt::format("the task takes {} inputs and {} outputs, the policy has {} and {}",
+                        facts.input_dim, facts.output_dim, policy.input_dim(), policy.output_dim());
+    } else if (const auto other =
+                   difference(facts.signals, "those of the policy are", condition.signals)) {
+      why = fmt::format("the task's {}", *other);
+    } else {
       continue;
     }
-    const std::string why = fmt::format(
-        "condition {}: the task takes {} inputs and {} outputs, the policy has {} and {}",
-        study_.conditions[c].name, facts.input_dim, facts.output_dim, policy.input_dim(),
-        policy.output_dim());
+    why = fmt::format("condition {}: {}", condition.name, why);
     if (is_authenticated_) fail(why);
     return why;
   }
   return std::nullopt;
+}
+
+void LearnerCore::take_signals(const TaskSignals& signals) {
+  for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
+    if (task_ids_[c] == signals.task_id) study_.conditions[c].signals = signals.names;
+  }
 }
 
 void LearnerCore::draw(const Turn& turn, Run& run) {

@@ -25,7 +25,7 @@ namespace treeroll::learner {
 ///
 ///   LearnerCore core(study, settings);
 ///   core.step(now, Started{}, effects);
-///   ... ResultRecovered, WorkerRecovered and TimeRecovered for each record of a journal, then
+///   ... what is recovered, for each record of a journal, then
 ///   core.step(now, RecoveryFinished{}, effects);
 ///   ... for each event, and TimerFired at core.next_deadline():
 ///   core.step(now, event, effects);  // carry_out() and clear the effects
@@ -83,6 +83,7 @@ class LearnerCore : private Client {
   void on(const Turn& turn, const ResultRecovered& event);
   void on(const Turn& turn, const SecondRecovered& event);
   void on(const Turn& turn, const WorkerRecovered& event);
+  void on(const Turn& turn, const SignalsRecovered& event);
   void on(const Turn& turn, const MessageReceived& event);
   void on(const Turn& turn, const InboxDrained& event);
   void on(const Turn& turn, const TimerFired& event);
@@ -101,6 +102,7 @@ class LearnerCore : private Client {
   void take(const Turn& turn, const AcceptedResult& result, int numeric_class) override;
   std::optional<std::string> take_facts(const Turn& turn, const ContentHash& task_id,
                                         const TaskDescription& facts) override;
+  void take_signals(const TaskSignals& signals) override;
 
   void make_next_switch(const Turn& turn);
   /// Of a result or a switch.

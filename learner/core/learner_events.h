@@ -10,6 +10,7 @@
 #include "learner/core/accepted_result.h"
 #include "learner/core/known_worker.h"
 #include "learner/core/learning_time.h"
+#include "learner/core/task_signals.h"
 
 /// What a learner core is told, and what it wants done.
 namespace treeroll::learner {
@@ -37,6 +38,10 @@ struct SecondRecovered {
 struct WorkerRecovered {
   KnownWorker worker;
 };
+/// The same of names of signals.
+struct SignalsRecovered {
+  TaskSignals signals;
+};
 /// The same of the time it had counted.
 struct TimeRecovered {
   LearningTime time;
@@ -59,8 +64,8 @@ struct JournalSynced {};
 struct StopRequested {};
 
 using Event = std::variant<Started, ResultRecovered, SecondRecovered, WorkerRecovered,
-                           TimeRecovered, RecoveryFinished, MessageReceived, InboxDrained,
-                           TimerFired, SyncBegun, JournalSynced, StopRequested>;
+                           SignalsRecovered, TimeRecovered, RecoveryFinished, MessageReceived,
+                           InboxDrained, TimerFired, SyncBegun, JournalSynced, StopRequested>;
 
 // Effects, to be carried out by carry_out(), which knows their order.
 
@@ -74,6 +79,10 @@ struct AppendSecond {
 struct AppendWorker {
   KnownWorker worker;
 };
+/// Before the first result of this task that follows from it.
+struct AppendSignals {
+  TaskSignals signals;
+};
 struct AppendTime {
   LearningTime time;
 };
@@ -81,8 +90,8 @@ struct SendMessage {
   protocol::Message message;
 };
 
-using Effect =
-    std::variant<AppendResult, AppendSecond, AppendWorker, AppendTime, SendMessage, LogLine>;
+using Effect = std::variant<AppendResult, AppendSecond, AppendWorker, AppendSignals, AppendTime,
+                            SendMessage, LogLine>;
 using Effects = std::vector<Effect>;
 
 using Turn = treeroll::Turn<Effect>;

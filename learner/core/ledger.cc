@@ -44,7 +44,7 @@ std::int64_t content_under(const Question& question, RolloutKey key) {
 }
 
 bool Question::was_answered_by(protocol::WorkerId worker) const {
-  return std::find(answered_by.begin(), answered_by.end(), worker) != answered_by.end();
+  return std::ranges::find(answered_by, worker, &KnownWorker::worker_id) != answered_by.end();
 }
 
 void Ledger::draw(RolloutKey key, Question question, std::vector<protocol::WorkerId> asked) {

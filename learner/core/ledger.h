@@ -12,6 +12,7 @@
 #include "common/base/content_hash.h"
 #include "common/base/time.h"
 #include "common/protocol/messages.h"
+#include "learner/core/known_worker.h"
 #include "learner/core/run_record.h"
 
 namespace treeroll::learner {
@@ -27,8 +28,9 @@ struct Question {
   Eigen::VectorXd theta;
   /// Contents of its earlier trials, whose seeds were others: discarded, each.
   std::vector<std::int64_t> discarded;
-  /// Who has answered it. Not empty: it has its result, and one more worker is to answer it.
-  std::vector<protocol::WorkerId> answered_by = {};
+  /// Who has answered it, as the journal knows them. Not empty: it has its result, and one more
+  /// worker is to answer it.
+  std::vector<KnownWorker> answered_by = {};
 
   bool is_run_again() const { return !answered_by.empty(); }
   bool was_answered_by(protocol::WorkerId worker) const;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/base/cut_text.h"
+
 namespace treeroll::learner {
 namespace {
 
@@ -25,6 +27,17 @@ constexpr Duration kAnswerDue = std::chrono::seconds(60);
 constexpr Duration kPutOutPause = std::chrono::milliseconds(100);
 
 }  // namespace
+
+bool WorkerEntry::is_new_witness(const Question& question) const {
+  if (question.answered_by.empty()) return true;
+  const KnownWorker me = as_known();
+  return std::ranges::none_of(question.answered_by,
+                              [&](const KnownWorker& one) { return are_one_witness(one, me); });
+}
+
+KnownWorker WorkerEntry::as_known() const {
+  return {id, numeric_class, cut_text(host, protocol::kHostNameBytesMax), pid};
+}
 
 std::string describe(const WorkerEntry& worker) {
   return fmt::format("worker {} ({} pid {})", worker.id, worker.host, worker.pid);

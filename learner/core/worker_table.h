@@ -74,6 +74,10 @@ struct WorkerEntry {
   bool may_have(const Question& question) const {
     return knows(question.task_id, question.policy_id) && !question.was_answered_by(id);
   }
+  /// Neither it nor another of its host or key has answered it: its word is one more witness's.
+  bool is_new_witness(const Question& question) const;
+  /// As the journal is to know it.
+  KnownWorker as_known() const;
   /// One that refuses so much is asked for nothing until it has been forgotten what it refused.
   bool refuses_too_much() const { return refused.size() >= protocol::kRefusalsPerWorkerMax; }
   bool usable() const {

@@ -65,7 +65,7 @@ void Workforce::look_after_leases(const Turn& turn) {
                             ledger_.leases_of(silent.id).size()));
     }
     ledger_.take_back_all(silent.id);
-    forget_descriptions_of(silent.id);
+    accounts_.forget(silent.id);
   }
   for (const Ledger::Expired& expired : ledger_.expire(turn.now)) {
     if (expired.lease.confirmed) continue;
@@ -189,7 +189,7 @@ WorkerEntry* Workforce::hear(const Turn& turn, protocol::WorkerId id) {
   WorkerEntry* worker = workers_.hear(id, turn.now);
   for (const protocol::WorkerId out : workers_.take_put_out()) {
     ledger_.take_back_all(out);
-    forget_descriptions_of(out);
+    accounts_.forget(out);
   }
   if (worker != nullptr) {
     worker->is_known = settings_.is_authenticated;

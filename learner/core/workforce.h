@@ -15,6 +15,7 @@
 #include "learner/core/ledger.h"
 #include "learner/core/numeric_classes.h"
 #include "learner/core/rechecks.h"
+#include "learner/core/task_accounts.h"
 #include "learner/core/worker_table.h"
 
 namespace treeroll::learner {
@@ -39,6 +40,8 @@ class Client {
   /// answered yet. @return why the client cannot use it so
   virtual std::optional<std::string> take_facts(const Turn& turn, const ContentHash& task_id,
                                                 const TaskDescription& facts) = 0;
+  /// From now on these are the names of the task's signals: the journal holds them.
+  virtual void take_signals(const TaskSignals& signals) = 0;
 };
 
 /// Who computes: takes questions, gives them to workers, and gives their answers back, each once.
@@ -84,12 +87,13 @@ class Workforce {
 
   std::optional<TimePoint> next_deadline() const;
 
-  /// Of earlier incarnations: a worker of theirs, a result, and one more answer to its question.
-  /// The client takes the result. Precondition of results: the key is open; of answers:
-  /// is_run_again.
+  /// Of earlier incarnations: a worker of theirs, a result, one more answer to its question, names
+  /// of signals. The client takes the result and the names. Precondition of results: the key is
+  /// open; of answers: is_run_again.
   void recover(const KnownWorker& worker);
   void recover(const Turn& turn, const AcceptedResult& result);
   void recover(const SecondAnswer& answer);
+  void recover(const TaskSignals& signals);
 
   // What is known.
 
@@ -192,17 +196,19 @@ class Workforce {
   void forget_false_refusals(const Turn& turn, WorkerEntry& worker,
                              const protocol::HeldRollouts& held);
   void take_description(const Turn& turn, WorkerEntry& worker, const ContentHash& task,
-                        const TaskDescription& facts);
+                        const TaskDescription& said);
   void elect_description(const Turn& turn, const ContentHash& task);
-  void forget_descriptions_of(protocol::WorkerId worker);
+  void take_late_names(const Turn& turn, const ContentHash& task, const TaskDescription& said);
+  void note_signals(const Turn& turn, const ContentHash& task);
 
   LearnerSettings settings_;
   Client& client_;
   std::vector<ContentHash> task_ids_;  // as they were added
   std::map<ContentHash, TaskDescription> facts_;
-  /// What workers say of tasks, and who does: the most of them are believed, until an answer is
-  /// taken. Nothing of tasks that are known beforehand.
-  std::map<ContentHash, std::map<std::string, std::set<protocol::WorkerId>>> descriptions_;
+  /// The most of them are believed, until an answer is taken. Nothing of tasks that are known
+  /// beforehand.
+  TaskAccounts accounts_;
+  std::map<ContentHash, SignalNames> noted_signals_;  // as the journal knows them
   DefinitionBook definitions_;
   Ledger ledger_;
   std::map<protocol::RolloutKey, ContentHash> thetas_;  // of open roll-outs, sent in pieces

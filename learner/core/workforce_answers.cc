@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "common/base/cut_text.h"
 #include "common/protocol/timings.h"
 #include "learner/core/dispatch.h"
 #include "learner/core/workforce.h"
@@ -100,6 +99,7 @@ bool Workforce::accept(const Turn& turn, WorkerEntry& worker, const protocol::Ro
   ++worker.num_accepted;
   last_progress_ = turn.now;
   note_class(turn, worker);
+  note_signals(turn, *task_id);
   const AcceptedResult accepted{key, result.content, outcome, worker.id, result.duration_ns};
   ++num_unsynced_;
   if (is_second) {
@@ -256,8 +256,7 @@ void Workforce::note_class(const Turn& turn, WorkerEntry& worker) {
   if (worker.noted_class != worker.numeric_class) {
     worker.noted_class = worker.numeric_class;
     KnownWorker& noted = noted_[worker.id];
-    noted = {worker.id, worker.numeric_class, cut_text(worker.host, protocol::kHostNameBytesMax),
-             worker.pid};
+    noted = worker.as_known();
     turn.effects.emplace_back(AppendWorker{noted});
   }
 }

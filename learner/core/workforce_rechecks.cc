@@ -53,7 +53,7 @@ void Workforce::hand_over(const Turn& turn, Ledger::Entry answered, const Accept
 /// Of the next worker, with the same question.
 void Workforce::ask_one_more(protocol::RolloutKey key, Ledger::Entry answered,
                              protocol::WorkerId by) {
-  answered.question.answered_by.push_back(by);
+  answered.question.answered_by.push_back(noted_worker(by));
   ledger_.draw(key, std::move(answered.question), std::move(answered.asked));
 }
 
@@ -84,7 +84,11 @@ Rechecks::News Workforce::take_second(Ledger::Entry answered, const AcceptedResu
 }
 
 void Workforce::tell(const Turn& turn, const Rechecks::News& news, protocol::RolloutKey key) {
+  const auto is_outvoted = [&](const Opinion& one) {
+    return std::ranges::find(news.outvoted, one.worker) != news.outvoted.end();
+  };
   for (const auto& [earlier, later] : news.disagreements) {
+    if (is_outvoted(earlier) || is_outvoted(later)) continue;  // what follows says who is broken
     turn.warn(kRecheckKind,
               fmt::format("run {} roll-out {}: {}, {}: {}", key.run, key.number, rewarded(earlier),
                           rewarded(later),
@@ -111,7 +115,9 @@ bool Workforce::has_proved_itself(protocol::WorkerId id) const {
 void Workforce::set_aside(const Turn& turn, const KnownWorker& outvoted, bool is_by_proven,
                           protocol::RolloutKey key) {
   WorkerEntry* worker = workers_.find(outvoted.worker_id);
-  std::string what = "its results are marked (treeroll-replay --without-worker)";
+  std::string what =
+      "its results go to suspects.csv at the end (treeroll-replay --without-worker folds without "
+      "them)";
   if (worker != nullptr && worker->is_known) {
     worker->set_aside = true;
     ledger_.take_back_all(worker->id);

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "common/task_facts/task_agreement.h"
 #include "learner/core/workforce.h"
@@ -116,70 +115,75 @@ void Workforce::forget_false_refusals(const Turn& turn, WorkerEntry& worker,
 }
 
 void Workforce::take_description(const Turn& turn, WorkerEntry& worker, const ContentHash& task,
-                                 const TaskDescription& facts) {
-  const TaskDescription* known = facts_of(task);
-  const auto of_task = descriptions_.find(task);
-  const bool is_known_beforehand = known && of_task == descriptions_.end();
+                                 const TaskDescription& said) {
+  const bool is_known_beforehand = facts_.contains(task) && !accounts_.has(task);
   const bool has_answers = task_times_s_.contains(task);
   if (!is_known_beforehand && !has_answers) {
-    auto& said = descriptions_[task];
-    const std::string text = to_json(facts).dump();
-    for (auto& [other, workers] : said) workers.erase(worker.id);
-    std::erase_if(said, [](const auto& entry) { return entry.second.empty(); });
-    if (said.size() < protocol::kDescriptionsMax || said.contains(text)) {
-      said[text].insert(worker.id);
-      elect_description(turn, task);
-    }
-    known = facts_of(task);
+    accounts_.note(task, worker.id, said);
+    elect_description(turn, task);
+  } else if (!is_known_beforehand) {
+    take_late_names(turn, task, said);
   }
+  const TaskDescription* known = facts_of(task);
   if (!known) return;  // none can be used: said
-  const std::optional<std::string> difference = disagreement(*known, facts);
+  const std::optional<std::string> difference = disagreement(*known, said);
   difference ? refuse(turn, worker, task, *difference) : void(worker.refused.erase(task));
 }
 
-/// What most workers say a task is; who was first where as many say otherwise.
+/// What most workers say a task is; who was first where as many say otherwise. Names that the
+/// journal holds stay.
 void Workforce::elect_description(const Turn& turn, const ContentHash& task) {
   const TaskDescription* now = facts_of(task);
-  const std::string current = now ? to_json(*now).dump() : "";
-  auto& said = descriptions_[task];
-  const auto votes = [&](const std::string& text) {
-    const auto found = said.find(text);
-    return found == said.end() ? std::size_t{0} : found->second.size();
-  };
-  std::string chosen = current;
-  for (const auto& [text, workers] : said) {
-    if (workers.size() > votes(chosen)) chosen = text;
-  }
-  if (chosen == current) return;
-  const TaskDescription facts = *task_description_from_json(chosen);
+  const auto now_said = now ? account_of(*now) : TaskAccounts::Account{};
+  auto chosen = accounts_.most_say(task, now_said);
+  const auto noted = noted_signals_.find(task);
+  if (noted != noted_signals_.end()) chosen.names = noted->second;
+  if (chosen == now_said) return;
+  const TaskDescription facts = description_of(chosen);
   if (const std::optional<std::string> why = client_.take_facts(turn, task, facts)) {
-    for (const protocol::WorkerId id : said[chosen]) {
+    for (const protocol::WorkerId id : accounts_.drop(task, chosen)) {
       if (WorkerEntry* worker = workers_.find(id)) refuse(turn, *worker, task, *why);
     }
-    said.erase(chosen);
     return elect_description(turn, task);
   }
-  if (now) {
-    turn.warn("descriptions of tasks",
-              fmt::format("most workers describe a task otherwise than the first one did: {}",
-                          disagreement(*now, facts).value_or("")));
+  if (const auto changed = now ? disagreement(*now, facts) : std::nullopt) {
+    turn.warn(
+        "descriptions of tasks",
+        fmt::format("most workers describe a task otherwise than the first one did: {}", *changed));
   }
   facts_[task] = facts;
-  for (const auto& [text, workers] : said) {
+  for (const auto& [account, workers] : accounts_.of(task)) {
+    const auto difference = disagreement(facts, description_of(account));
     for (const protocol::WorkerId id : workers) {
       WorkerEntry* worker = workers_.find(id);
       if (!worker) continue;
-      const auto difference = disagreement(facts, *task_description_from_json(text));
       difference ? refuse(turn, *worker, task, *difference) : void(worker->refused.erase(task));
     }
   }
 }
 
-void Workforce::forget_descriptions_of(protocol::WorkerId worker) {
-  for (auto& [task, said] : descriptions_) {
-    for (auto& [text, workers] : said) workers.erase(worker);
-    std::erase_if(said, [](const auto& entry) { return entry.second.empty(); });
-  }
+/// Workers of an earlier version name no signals. The first that does once answers are in is
+/// believed: names decide no bit.
+void Workforce::take_late_names(const Turn& turn, const ContentHash& task,
+                                const TaskDescription& said) {
+  TaskDescription& known = facts_.at(task);
+  const bool has_news = known.signals.empty() && !said.signals.empty();
+  if (!has_news || noted_signals_.contains(task) || disagreement(known, said)) return;
+  if (!client_.take_facts(turn, task, said)) known.signals = said.signals;
+}
+
+/// Before a result of the task: what only workers have said of its signals is for every fold.
+void Workforce::note_signals(const Turn& turn, const ContentHash& task) {
+  if (!accounts_.has(task) || noted_signals_.contains(task)) return;
+  const SignalNames& names = facts_.at(task).signals;
+  if (names.empty()) return;
+  turn.effects.emplace_back(AppendSignals{{task, names}});
+  recover(TaskSignals{task, names});
+}
+
+void Workforce::recover(const TaskSignals& signals) {
+  noted_signals_[signals.task_id] = signals.names;
+  client_.take_signals(signals);
 }
 
 }  // namespace treeroll::learner

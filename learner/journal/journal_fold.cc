@@ -62,12 +62,14 @@ void apply(const NumberedRecord& numbered, TimePoint now, learner::LearnerCore& 
   const auto* second = std::get_if<SecondAnswer>(&numbered.record);
   const auto* result = std::get_if<AcceptedResult>(&numbered.record);
   const auto* time = std::get_if<LearningTime>(&numbered.record);
+  const auto* signals = std::get_if<TaskSignals>(&numbered.record);
   // What was run again may be answered after the last run has ended.
   if ((result || time) && core.outcome() == learner::LearnerCore::Outcome::kDone) {
     throw std::runtime_error("the journal goes on although every run has ended");
   }
   learner::Effects unsent;
   if (worker) core.step(now, learner::WorkerRecovered{*worker}, unsent);
+  if (signals) core.step(now, learner::SignalsRecovered{*signals}, unsent);
   if (second) {
     core.step(now,
               learner::SecondRecovered{*second, numbered.run_then,
@@ -81,8 +83,8 @@ void apply(const NumberedRecord& numbered, TimePoint now, learner::LearnerCore& 
               unsent);
   }
   if (time) core.step(now, learner::TimeRecovered{*time}, unsent);
-  const bool is_learnt_from = second || result || time;
-  if (is_learnt_from && core.outcome() == learner::LearnerCore::Outcome::kFailed) {
+  const bool must_fit = second || result || time || signals;
+  if (must_fit && core.outcome() == learner::LearnerCore::Outcome::kFailed) {
     throw std::runtime_error(core.failure());
   }
 }

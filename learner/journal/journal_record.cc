@@ -31,6 +31,7 @@ enum Kind : std::uint8_t {
   kExtension = 16,
   kWorker = 17,
   kSecond = 18,
+  kSignals = 19,
 };
 
 template <class Integer>
@@ -134,6 +135,12 @@ std::string payload_of(const JournalRecord& record) {
     put(bytes, worker->pid);
     put_text(bytes, cut_text(worker->numeric_class, protocol::kNumericClassBytesMax));
     put_text(bytes, cut_text(worker->host, protocol::kHostNameBytesMax));
+  } else if (const auto* signals = std::get_if<TaskSignals>(&record)) {
+    put(bytes, static_cast<std::uint8_t>(kSignals));
+    put(bytes, signals->task_id);
+    put(bytes, static_cast<std::uint16_t>(signals->names.inputs.size()));
+    put(bytes, static_cast<std::uint16_t>(signals->names.outputs.size()));
+    for (const std::string& name : all_of(signals->names)) put_text(bytes, name);
   } else {
     put(bytes, static_cast<std::uint8_t>(kSeal));
   }
@@ -169,6 +176,22 @@ Result<JournalRecord> extension_of(Cursor cursor) {
                              extension.repetitions)};
   }
   return JournalRecord(extension);
+}
+
+/// Of a task that only workers have described: as hostile as what they say.
+Result<JournalRecord> signals_of(Cursor cursor) {
+  TaskSignals signals;
+  signals.task_id = take_hash(cursor);
+  const auto num_inputs = cursor.take<std::uint16_t>();
+  const auto num_outputs = cursor.take<std::uint16_t>();
+  for (int i = 0; i < num_inputs + num_outputs; ++i) {
+    std::optional<std::string> name = cursor.take_text(kSignalNameBytesMax);
+    if (!name) return Error{"names of signals are not whole"};
+    (i < num_inputs ? signals.names.inputs : signals.names.outputs).push_back(*std::move(name));
+  }
+  if (cursor.left() > 0 || signals.names.empty()) return Error{"names of signals are not whole"};
+  if (const auto fault = fault_of(signals.names, num_inputs, num_outputs)) return Error{*fault};
+  return JournalRecord(signals);
 }
 
 Result<AcceptedResult> result_of(Cursor cursor) {
@@ -229,6 +252,7 @@ Result<JournalRecord> record_of(std::string_view payload) {
   }
   if (kind == kExtension && cursor.left() == 40) return extension_of(cursor);
   if (kind == kWorker && cursor.left() >= 14) return worker_of(cursor);
+  if (kind == kSignals && cursor.left() >= 20) return signals_of(cursor);
   if (kind == kSeal && cursor.left() == 0) return JournalRecord(JournalSeal{});
   return Error{fmt::format("a record of kind {} cannot have {} bytes", kind, payload.size())};
 }

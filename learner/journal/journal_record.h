@@ -8,9 +8,11 @@
 #include "common/base/content_hash.h"
 #include "common/base/result.h"
 #include "common/protocol/limits.h"
+#include "common/task_facts/task_description.h"
 #include "learner/core/accepted_result.h"
 #include "learner/core/known_worker.h"
 #include "learner/core/learning_time.h"
+#include "learner/core/task_signals.h"
 
 namespace treeroll {
 
@@ -20,11 +22,13 @@ namespace treeroll {
 inline constexpr std::uint32_t kAlgorithmVersion = 2;
 
 /// The latest form of records. 1 is that of version 0.1.0: its starts name no form and no program,
-/// and it has no records of workers. 3 has second answers beside 2. A journal may go on in a later
-/// form than it begins with.
-inline constexpr std::uint32_t kJournalFormat = 3;
+/// and it has no records of workers. 3 has second answers beside 2, 4 names of signals. A journal
+/// may go on in a later form than it begins with.
+inline constexpr std::uint32_t kJournalFormat = 4;
 /// Of a study that has nothing which needs a later one: older programs read it.
 inline constexpr std::uint32_t kCommonJournalFormat = 2;
+/// Of one whose roll-outs are run again.
+inline constexpr std::uint32_t kRecheckJournalFormat = 3;
 inline constexpr std::size_t kProgramBytesMax = 64;
 
 /// What the journal says, record by record.
@@ -55,7 +59,7 @@ struct JournalExtension {
 };
 
 using JournalRecord = std::variant<JournalStart, AcceptedResult, SecondAnswer, LearningTime,
-                                   KnownWorker, JournalExtension, JournalSeal>;
+                                   KnownWorker, TaskSignals, JournalExtension, JournalSeal>;
 
 /// A record as an event of LCM's log format, on channel kJournalChannel:
 ///
@@ -67,7 +71,7 @@ using JournalRecord = std::variant<JournalStart, AcceptedResult, SecondAnswer, L
 ///       24     4  length of the data
 ///       28    16  "TREEROLL_JOURNAL"
 ///       44     1  kind: 1 start, 2 result, 3 seal, 4 time, 16 extension, 17 worker,
-///                       18 second answer
+///                       18 second answer, 19 names of signals
 ///       45        start:  version 4, study 16, learner 8; from form 2 on form 4, program text
 ///                 result: run 4, number 4, content 8, reward 8 (IEEE 754), status 1, worker 8;
 ///                         from form 2 on duration 8, ns, -1 if unknown, and the reason, if its
@@ -76,6 +80,8 @@ using JournalRecord = std::variant<JournalStart, AcceptedResult, SecondAnswer, L
 ///                 time:   elapsed 8, ns of learning up to here
 ///                 extension: study before 16, study 16, repetitions before 4, repetitions 4
 ///                 worker: worker 8, pid 4, numeric class text, host text
+///                 names of signals: task 16, number of inputs 2, of outputs 2, a text of each;
+///                         at most kTaskReportBytesMax, as the worker's report that told them
 ///                 A text is its length, 1, and its bytes.
 ///      -16     8  check of the record before it, 0 for the first
 ///       -8     8  check of this record: the first 8 bytes of the BLAKE2b hash (128 bits) of all of
@@ -83,10 +89,8 @@ using JournalRecord = std::variant<JournalStart, AcceptedResult, SecondAnswer, L
 ///                 fixed
 inline constexpr std::string_view kJournalSyncBytes = "\xed\xa1\xda\x01";
 inline constexpr const char* kJournalChannel = "TREEROLL_JOURNAL";
-inline constexpr std::size_t kJournalRecordBytesMax =
-    28 + 16 + 1 + 41 + kOutcomeReasonBytesMax + 16;
-static_assert(12 + 2 + protocol::kNumericClassBytesMax + protocol::kHostNameBytesMax <=
-              41 + kOutcomeReasonBytesMax);
+inline constexpr std::size_t kJournalRecordBytesMax = 28 + 16 + 1 + kTaskReportBytesMax + 16;
+static_assert(41 + kOutcomeReasonBytesMax <= kTaskReportBytesMax);
 
 struct FramedRecord {
   JournalRecord record;

@@ -25,9 +25,13 @@ void Refold::read_ahead(const NumberedRecord& numbered) {
     workers_.emplace(worker->worker_id, *worker);
   } else if (const auto* second = std::get_if<SecondAnswer>(&numbered.record)) {
     const AcceptedResult& result = second->result;
-    if (left_out_.contains(result.worker_id) || result.outcome.is_discarded()) return;
-    second_.emplace(Question(key_then(numbered, result.key), result.content), result);
+    const bool is_of_use = !left_out_.contains(result.worker_id) && !result.outcome.is_discarded();
+    const auto first = rechecks_.first_of(*second);
+    if (is_of_use && first && left_out_.contains(*first)) {
+      second_.emplace(Question(key_then(numbered, result.key), result.content), result);
+    }
   }
+  rechecks_.add(numbered);
 }
 
 std::vector<JournalRecord> Refold::next(const NumberedRecord& numbered, TimePoint now) {
@@ -58,18 +62,19 @@ std::vector<JournalRecord> Refold::next(const NumberedRecord& numbered, TimePoin
     return records;
   }
   ++counts_.num_left_out;
-  const auto other = second_.find(Question(key_then(numbered, result->key), result->content));
-  const bool is_same = other != second_.end() && other->second.outcome.agrees_with(result->outcome);
+  const auto taken = second_.extract(Question(key_then(numbered, result->key), result->content));
+  const bool is_same = taken && taken.mapped().outcome.agrees_with(result->outcome);
   if (!is_same) changed_runs_.insert(result->key.run);
-  if (other == second_.end()) return records;
+  if (!taken) return records;
+  const AcceptedResult& other = taken.mapped();
   NumberedRecord in_its_place = numbered;
-  in_its_place.record = other->second;
+  in_its_place.record = other;
   if (!takes(in_its_place)) {
     changed_runs_.insert(result->key.run);
     return records;
   }
   ++counts_.num_replaced;
-  add_worker(other->second.worker_id, now, records);
+  add_worker(other.worker_id, now, records);
   add(in_its_place, now, records);
   return records;
 }

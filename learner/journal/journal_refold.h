@@ -8,6 +8,7 @@
 
 #include "learner/core/learner_core.h"
 #include "learner/journal/journal_fold.h"
+#include "learner/journal/journal_rechecks.h"
 
 namespace treeroll {
 
@@ -23,7 +24,7 @@ class Refold {
  public:
   /// @param core  fresh, and started: it outlives this
   Refold(learner::LearnerCore& core, std::set<protocol::WorkerId> left_out)
-      : core_(core), left_out_(std::move(left_out)) {}
+      : core_(core), left_out_(std::move(left_out)), rechecks_(core.study()) {}
 
   void read_ahead(const NumberedRecord& numbered);
   /// What stands in place of this record, with the numbers that runs had then.
@@ -36,6 +37,8 @@ class Refold {
     std::int64_t num_kept = 0;
   };
   const Counts& counts() const { return counts_; }
+  /// Answers that have been read ahead and are to take a place.
+  std::size_t num_held() const { return second_.size(); }
   /// Runs that have lost a result, by number.
   const std::set<std::int32_t>& changed_runs() const { return changed_runs_; }
 
@@ -49,7 +52,8 @@ class Refold {
   learner::LearnerCore& core_;
   std::set<protocol::WorkerId> left_out_;
   std::map<protocol::WorkerId, KnownWorker> workers_;
-  std::map<Question, AcceptedResult> second_;  // of workers that are not left out
+  RecheckFold rechecks_;                       // of what is read ahead
+  std::map<Question, AcceptedResult> second_;  // that are to take the place of one left out
   std::map<protocol::WorkerId, KnownWorker> written_;
   Counts counts_;
   std::set<std::int32_t> changed_runs_;

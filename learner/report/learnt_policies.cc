@@ -67,9 +67,9 @@ class RolloutMaker {
   bool all_deterministic_ = true;
 };
 
-PolicyPtr read_best(const RunRecord& run, const PolicyRegistry& registry,
-                    const StudyResults& results) {
-  Result<PolicyPtr> read = registry.from_json(run.best_policy);
+NamedPolicy read_best(const RunRecord& run, const PolicyRegistry& registry,
+                      const StudyResults& results) {
+  Result<NamedPolicy> read = registry.named_from_json(run.best_policy);
   if (read) return *std::move(read);
   throw std::runtime_error(fmt::format("{}: policy of {}, repetition {}: {}",
                                        results.directory.string(), run.condition, run.repetition,
@@ -88,7 +88,10 @@ std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const Study
     double best_reward = 0;
     for (const RunRecord* run : runs_of(results, condition.name)) {
       if (run->best_policy.empty()) continue;
-      policy.solutions.push_back(read_best(*run, registry, results));
+      NamedPolicy best = read_best(*run, registry, results);
+      policy.solutions.push_back(std::move(best.policy));
+      // What only workers have said: a resolved study has it already.
+      if (!best.signals.empty()) policy.columns = all_of(best.signals);
       if (policy.best && run->best_reward <= best_reward) continue;
       policy.best = policy.solutions.back();
       best_reward = run->best_reward;

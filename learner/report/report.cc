@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <map>
+#include <stdexcept>
 #include <variant>
 
 #include "common/base/config_error.h"
@@ -23,6 +24,7 @@
 #include "learner/results/recheck_text.h"
 #include "learner/results/state_directory.h"
 #include "learner/results/summary.h"
+#include "learner/state/state_study.h"
 #include "learner/study/study_error.h"
 #include "learner/study/study_file.h"
 
@@ -115,12 +117,13 @@ void remark_journal(const StudyResults& study, std::vector<std::string>& said) {
                     class_list(origins.results_by_class())));
   }
   if (!has_second_answers) return;
-  const Result<RecheckRecord> rechecks = rechecks_of(journal);
-  if (!rechecks) {
-    fmt::print(stderr, "{}\n", rechecks.error().message);
-    return;
+  try {
+    const StateStudy state = read_state_study({study.directory, journal});
+    const RecheckRecord rechecks = rechecks_of(journal, state.in_journal, state.loaded.study);
+    for (std::string& remark : remarks(rechecks)) said.push_back(std::move(remark) + ".");
+  } catch (const std::runtime_error& error) {
+    fmt::print(stderr, "roll-outs that were run again are not told of: {}\n", error.what());
   }
-  for (std::string& remark : remarks(*rechecks)) said.push_back(std::move(remark) + ".");
 }
 
 struct Chosen {

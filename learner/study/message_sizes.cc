@@ -10,6 +10,7 @@
 #include "common/policy/policy.h"
 #include "common/protocol/limits.h"
 #include "common/protocol/wire_sizes.h"
+#include "common/task_facts/task_description.h"
 
 namespace treeroll {
 namespace {
@@ -52,7 +53,9 @@ void check_policy(const Policy& policy, const SignalNames& signals) {
                                   "most {}",
                                   policy.layer(), policy.theta_dim(), kThetaDimMax));
   }
-  const std::size_t bytes = longest_form_bytes(to_json(policy, signals));
+  // Where nobody here knows what the task calls its signals, its workers may tell.
+  const std::size_t bytes =
+      longest_form_bytes(to_json(policy, signals)) + (signals.empty() ? kTaskReportBytesMax : 0);
   if (bytes > kDefinitionBytesMax) {
     throw ConfigError("policy", "",
                       fmt::format("is too large to be sent: up to {} bytes at layer {}, must be "

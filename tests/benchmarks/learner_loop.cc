@@ -124,6 +124,8 @@ void LearnerLoop::append(const SecondAnswer& answer) { journal_.append(answer, 0
 
 void LearnerLoop::append(const KnownWorker& worker) { journal_.append(worker, 0); }
 
+void LearnerLoop::append(const TaskSignals& signals) { journal_.append(signals, 0); }
+
 void LearnerLoop::append(const LearningTime& time) { journal_.append(time, 0); }
 
 void LearnerLoop::send(const protocol::Message& message) {

@@ -52,6 +52,7 @@ class LearnerLoop : private learner::EffectHandler {
   void append(const AcceptedResult& result) override;
   void append(const SecondAnswer& answer) override;
   void append(const KnownWorker& worker) override;
+  void append(const TaskSignals& signals) override;
   void append(const LearningTime& time) override;
   void flush() override { journal_.flush(); }
   void send(const protocol::Message& message) override;

@@ -37,6 +37,8 @@ TEST_F(JournalFileTest, EveryKindOfRecordComesBack) {
       timed,
       failed,
       failed_and_timed,
+      SecondAnswer{timed},
+      TaskSignals{content_hash("task"), {{"angle_rad", "h\xc3\xb6he_m"}, {"torque_nm"}}},
       kTime,
       JournalSeal{}};
   {
@@ -64,6 +66,39 @@ TEST_F(JournalFileTest, LongNamesOfAWorkerAreCutAndFit) {
   const Result<FramedRecord> framed = unframe(bytes);
   ASSERT_TRUE(framed) << framed.error().message;
   EXPECT_EQ(std::get<KnownWorker>(framed->record).numeric_class, std::string(128, 'c'));
+}
+
+TEST_F(JournalFileTest, TheMostNamesThatAWorkerCanReportFit) {
+  SignalNames names;
+  std::size_t longest = 0;
+  for (int i = 0;; ++i) {
+    names.inputs.push_back("x" + std::to_string(i));
+    names.outputs = {"y"};
+    TaskDescription task{.input_dim = i + 1, .output_dim = 1, .time_limit_s = 1, .signals = names};
+    const Result<TaskDescription> read = task_description_from_json(report_text(task));
+    ASSERT_TRUE(read);
+    if (read->signals.empty()) break;
+    std::uint64_t check = 0;
+    const std::string bytes = frame(TaskSignals{{}, names}, 0, 0, 0, check);
+    longest = bytes.size();
+    ASSERT_LE(longest, kJournalRecordBytesMax);
+    ASSERT_TRUE(unframe(bytes));
+  }
+  EXPECT_GT(longest, 500U);
+}
+
+TEST_F(JournalFileTest, NamesThatAreNotWholeOrNoNamesAreNoRecord) {
+  const auto error_of = [](const SignalNames& names) {
+    std::uint64_t check = 0;
+    const Result<FramedRecord> framed = unframe(frame(TaskSignals{{}, names}, 0, 0, 0, check));
+    return framed ? "" : framed.error().message;
+  };
+  EXPECT_EQ(error_of({{"a"}, {"b"}}), "");
+  EXPECT_THAT(error_of({}), HasSubstr("not whole"));
+  EXPECT_THAT(error_of({{"a", "a"}, {"b"}}), HasSubstr("each name must be there once"));
+  EXPECT_THAT(error_of({{"a b"}, {"c"}}), HasSubstr("inputs: the name 'a b'"));
+  EXPECT_THAT(error_of({{"\x1b[31m"}, {"c"}}), HasSubstr("inputs: the name ' [31m'"));
+  EXPECT_THAT(error_of({{std::string(200, 'a')}, {"c"}}), HasSubstr("not whole"));
 }
 
 TEST_F(JournalFileTest, AnExtensionToFewerRepetitionsIsNoRecord) {
@@ -234,7 +269,7 @@ TEST_F(JournalFileTest, ALaterFormIsNamedWithItsProgramAndIsNoDamage) {
   const std::string expected =
       path().string() + ": record 4 at byte " + std::to_string(tail->intact_bytes) +
       ": from here on it is written in form 9 by treeroll 7.1, and this program reads forms up to "
-      "3: take that version";
+      "4: take that version";
   EXPECT_EQ(error_of([this] { (void)read(); }), expected);
   // Salvage would cut off what is whole.
   const auto size = fs::file_size(path());

@@ -130,7 +130,8 @@ class Cluster {
   std::string description = kDescription;  ///< by the workers, of every task
   std::vector<LogLine> log;
   std::vector<KnownWorker> notes;
-  std::vector<protocol::Message> sent;  ///< by the learner
+  std::vector<std::pair<std::size_t, TaskSignals>> signals;  ///< and how many results stand before
+  std::vector<protocol::Message> sent;                       ///< by the learner
   std::vector<AcceptedResult> journal;
   std::vector<SecondAnswer> second_answers;
   std::map<std::size_t, LearningTime> times;  ///< by how many results the journal held by then
@@ -194,6 +195,8 @@ class Cluster {
       }
       if (const auto* line = std::get_if<LogLine>(&effect)) log.push_back(*line);
       if (const auto* note = std::get_if<AppendWorker>(&effect)) notes.push_back(note->worker);
+      const auto* names = std::get_if<AppendSignals>(&effect);
+      if (names) signals.emplace_back(journal.size() - results.size(), names->signals);
     }
     for (const protocol::Message& message : messages_in(effects)) {
       sent.push_back(message);

@@ -114,6 +114,62 @@ TEST(DispatchTest, PrefersOthersOnceAWorkerHasLostTwoLeases) {
   }
 }
 
+/// One roll-out that this worker has answered, to be run again.
+Ledger with_answered_by(const WorkerEntry& worker) {
+  Question question;
+  question.theta = Eigen::VectorXd::Constant(2, 0);
+  question.answered_by = {worker.as_known()};
+  seal(question, {0, 0});
+  Ledger ledger;
+  ledger.draw({0, 0}, question);
+  return ledger;
+}
+
+protocol::WorkerId asked_again(const Ledger& ledger, WorkerTable& workers) {
+  const auto chosen = assign(ledger, workers, {at(0), 1, &kTasks});
+  return chosen.empty() ? 0 : chosen[0].worker;
+}
+
+TEST(DispatchTest, WhatIsRunAgainGoesToAnotherHostWhereOneHasRoom) {
+  WorkerTable workers;
+  WorkerEntry& first = add_worker(workers, 1, 2);
+  first.host = "a";
+  WorkerEntry& beside = add_worker(workers, 2, 2);
+  beside.host = "a";
+  WorkerEntry& elsewhere = add_worker(workers, 3, 1);
+  elsewhere.host = "b";
+  Ledger ledger = with_answered_by(first);
+  ledger.draw({0, 7}, Question{});
+  ledger.lease(at(0), {{1, 3, at(50)}});
+  EXPECT_EQ(asked_again(ledger, workers), 3) << "although it has more to do";
+  elsewhere.free_slots = 0;
+  EXPECT_EQ(asked_again(ledger, workers), 2) << "nobody is waited for";
+  elsewhere.free_slots = 64;
+  elsewhere.late = true;
+  EXPECT_EQ(asked_again(ledger, workers), 2) << "who is late may be waited for";
+  beside.free_slots = 0;
+  EXPECT_EQ(asked_again(ledger, workers), 3);
+}
+
+TEST(DispatchTest, WhatIsRunAgainGoesToAnotherKeyWhereOneHasRoom) {
+  constexpr protocol::WorkerId kKey = protocol::WorkerId{5} << protocol::kOwnNameBits;
+  WorkerTable workers(/*has_keys=*/true);
+  const protocol::WorkerId other_key = (protocol::WorkerId{6} << protocol::kOwnNameBits) + 1;
+  for (const protocol::WorkerId id : {kKey + 1, kKey + 2, other_key}) {
+    add_worker(workers, id, 1).host = "host" + std::to_string(id);
+  }
+  EXPECT_EQ(asked_again(with_answered_by(*workers.find(kKey + 1)), workers), other_key);
+}
+
+TEST(DispatchTest, WhatIsRunTheFirstTimeGoesToWhoHasLeastToDoWhateverItsHost) {
+  Ledger ledger = with_draws(2);
+  WorkerTable workers;
+  for (const protocol::WorkerId id : {1, 2}) add_worker(workers, id, 1).host = "a";
+  const auto chosen = assign(ledger, workers, {at(0), 1, &kTasks});
+  ASSERT_EQ(chosen.size(), 2U);
+  EXPECT_NE(chosen[0].worker, chosen[1].worker);
+}
+
 TEST(DispatchTest, PrefersOthersToAWorkerThatIsLate) {
   Ledger ledger = with_draws(3);
   WorkerTable workers;

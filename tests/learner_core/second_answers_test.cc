@@ -4,7 +4,7 @@
 
 #include <set>
 
-#include "tests/learner_core/cluster.h"
+#include "tests/learner_core/second_answers.h"
 
 namespace treeroll::learner {
 namespace {
@@ -12,26 +12,6 @@ namespace {
 using std::chrono::hours;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-Study checked_study(double share = 1) {
-  Study study = small_study(30, 2);
-  study.recheck = share;
-  return study;
-}
-
-/// So many sound workers of ids 1, 2, ..., each on a host of its own.
-void add_workers(Cluster& cluster, int count) {
-  for (int id = 1; id <= count; ++id) cluster.add_worker(id).host = "host" + std::to_string(id);
-}
-
-bool is_said(const Cluster& cluster, const std::string& words) {
-  return std::ranges::any_of(
-      cluster.log, [&](const LogLine& line) { return line.text.find(words) != std::string::npos; });
-}
-
-const RecheckRecord& record_of(const Cluster& cluster) {
-  return cluster.core->workforce().rechecks().record();
-}
 
 std::vector<double> applied_rewards_of(const Cluster& cluster) {
   std::vector<double> rewards;
@@ -69,6 +49,43 @@ TEST(SecondAnswersTest, EachRollOutIsAnsweredByAnotherWorkerAndNothingElseChange
   }
   EXPECT_EQ(record_of(checked).num_rechecked, 64);
   EXPECT_EQ(record_of(checked).num_disputed, 0);
+}
+
+TEST(SecondAnswersTest, AnotherHostIsAskedWhereThereIsAChoiceAndTheSameOneElse) {
+  const auto hosts_of = [](const Cluster& cluster) {
+    std::map<protocol::WorkerId, std::string> hosts;
+    for (const KnownWorker& known : cluster.notes) hosts[known.worker_id] = known.host;
+    return hosts;
+  };
+  const auto num_on_one_host = [&](const Cluster& cluster) {
+    std::map<std::pair<protocol::RolloutKey, std::int64_t>, std::string> first;
+    auto hosts = hosts_of(cluster);
+    for (const AcceptedResult& result : cluster.journal) {
+      first[{result.key, result.content}] = hosts[result.worker_id];
+    }
+    return std::ranges::count_if(cluster.second_answers, [&](const SecondAnswer& answer) {
+      return first.at({answer.result.key, answer.result.content}) == hosts[answer.result.worker_id];
+    });
+  };
+  const Study study = checked_study();
+  Cluster two(study);
+  add_workers(two, 4);
+  for (const std::size_t place : {0U, 1U}) two.workers[place]->host = "a";
+  for (const std::size_t place : {2U, 3U}) two.workers[place]->host = "b";
+  two.start();
+  two.run(hours(1));
+  ASSERT_EQ(two.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(two.second_answers.size(), 2 * (30U + 2U));
+  EXPECT_EQ(num_on_one_host(two), 0);
+  Cluster one(study);
+  add_workers(one, 4);
+  for (const auto& worker : one.workers) worker->host = "a";
+  one.start();
+  one.run(hours(1));
+  ASSERT_EQ(one.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(num_on_one_host(one), std::ssize(one.second_answers)) << "nobody else is there";
+  EXPECT_EQ(one.second_answers.size(), two.second_answers.size());
+  EXPECT_LT(to_seconds(one.now - TimePoint{}), 1.1 * to_seconds(two.now - TimePoint{}));
 }
 
 TEST(SecondAnswersTest, TheShareIsOfTheRollOutsThatTheSeedSays) {
@@ -123,6 +140,13 @@ TEST(SecondAnswersTest, WhoLiesIsOutvotedSaidAndWithKeysSetAsideForGood) {
   EXPECT_TRUE(is_said(cluster, "worker 3 (host3 pid 3): two others contradict its answer to run"));
   EXPECT_TRUE(is_said(cluster, "it gets no more work of this study"));
   EXPECT_TRUE(is_said(cluster, "one of two workers of the same numeric class is broken"));
+  // Two that differ are said once: when a third one has told, who is broken.
+  std::map<std::string, int> times;
+  for (const LogLine& line : cluster.log) {
+    if (line.text.starts_with("run ")) ++times[line.text.substr(0, line.text.find(':'))];
+  }
+  ASSERT_FALSE(times.empty());
+  for (const auto& [rollout, count] : times) EXPECT_EQ(count, 1) << rollout;
   EXPECT_GT(cluster.core->counters().conflicting, 0);
   EXPECT_LT(cluster.workers[2]->num_evaluated, 12) << "found soon";
 }
@@ -246,125 +270,6 @@ TEST(SecondAnswersTest, NeitherIsOneThatOnlyWorkersDescribeSo) {
   EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
   EXPECT_TRUE(cluster.second_answers.empty());
   EXPECT_TRUE(is_said(cluster, "its task gives one policy different rewards"));
-}
-
-/// Replays the journal into a fresh core, second answers where they stood or behind all results.
-std::unique_ptr<LearnerCore> folded(const Cluster& cluster) {
-  auto core = std::make_unique<LearnerCore>(cluster.core->study(), LearnerSettings{});
-  Effects unsent;
-  core->step({}, Started{}, unsent);
-  for (const KnownWorker& worker : cluster.notes) core->step({}, WorkerRecovered{worker}, unsent);
-  for (const AcceptedResult& result : cluster.journal) {
-    core->step({}, ResultRecovered{result}, unsent);
-  }
-  for (const SecondAnswer& answer : cluster.second_answers) {
-    core->step({}, SecondRecovered{answer}, unsent);
-  }
-  return core;
-}
-
-TEST(SecondAnswersTest, AFoldKnowsWhoWasOutvoted) {
-  Cluster cluster(checked_study(), true, true, true);
-  add_workers(cluster, 4);
-  cluster.workers[2]->reward_factor = .5;
-  cluster.start();
-  cluster.run(hours(1));
-  const std::unique_ptr<LearnerCore> core = folded(cluster);
-  EXPECT_EQ(core->outcome(), LearnerCore::Outcome::kDone) << core->failure();
-  EXPECT_TRUE(core->workforce().rechecks().is_outvoted(3));
-  EXPECT_EQ(core->workforce().rechecks().record().num_rechecked, record_of(cluster).num_rechecked);
-  EXPECT_EQ(core->workforce().rechecks().record().workers.at(3).num_compared,
-            record_of(cluster).workers.at(3).num_compared);
-}
-
-/// Else what has no second answer to come would push out others in one of the two only.
-TEST(SecondAnswersTest, AFoldOpensWhatTheLearnerDid) {
-  Cluster cluster(checked_study(), true, false);
-  add_workers(cluster, 3);
-  cluster.start();
-  cluster.run(hours(1));
-  EXPECT_EQ(cluster.core->workforce().rechecks().waiting(),
-            folded(cluster)->workforce().rechecks().waiting());
-}
-
-/// One datagram in its name is enough for that where there are no keys.
-TEST(SecondAnswersTest, AFoldComesToTheSameAlsoIfAWorkerSaysAnotherClassLater) {
-  Cluster cluster(checked_study());
-  add_workers(cluster, 4);
-  cluster.workers[2]->reward_factor = .5;
-  cluster.start();
-  cluster.run(hours(1), [&] {
-    const auto& workers = record_of(cluster).workers;
-    if (workers.contains(3)) cluster.workers[2]->numeric_class = "";
-  });
-  const RecheckRecord& live = record_of(cluster);
-  const std::unique_ptr<LearnerCore> core = folded(cluster);
-  const RecheckRecord& fold = core->workforce().rechecks().record();
-  EXPECT_GT(live.workers.at(3).num_compared, 4);
-  EXPECT_EQ(fold.num_disputed, live.num_disputed);
-  EXPECT_EQ(fold.workers.at(3).num_outvoted, live.workers.at(3).num_outvoted);
-  EXPECT_EQ(fold.classes.size(), live.classes.size());
-}
-
-/// What a journal holds is no word on what the task is.
-TEST(SecondAnswersTest, ATaskThatOnlyWorkersKnowIsDescribedAnewAfterAResume) {
-  for (const double share : {0., 1.}) {
-    Cluster before(checked_study(share), false);
-    add_workers(before, 2);
-    before.start();
-    before.run(milliseconds(250));
-    ASSERT_FALSE(before.journal.empty());
-    ASSERT_EQ(before.core->outcome(), LearnerCore::Outcome::kRunning);
-    Cluster after(checked_study(share), false);
-    add_workers(after, 2);
-    after.start();
-    for (const KnownWorker& worker : before.notes) after.tell(WorkerRecovered{worker});
-    after.recover(before.journal);
-    after.run(hours(1));
-    EXPECT_EQ(after.core->outcome(), LearnerCore::Outcome::kDone);
-  }
-}
-
-TEST(SecondAnswersTest, ALearnerThatGoesOnGivesTheOutvotedOneNothing) {
-  Cluster before(checked_study(), true, true, true);
-  add_workers(before, 4);
-  before.workers[2]->reward_factor = .5;
-  before.start();
-  before.run(milliseconds(250));
-  ASSERT_TRUE(before.core->workforce().rechecks().is_outvoted(3));
-  ASSERT_EQ(before.core->outcome(), LearnerCore::Outcome::kRunning);
-  Cluster after(checked_study(), true, true, true);
-  add_workers(after, 4);
-  after.start();
-  for (const KnownWorker& worker : before.notes) after.tell(WorkerRecovered{worker});
-  after.recover(before.journal);
-  for (const SecondAnswer& answer : before.second_answers) after.tell(SecondRecovered{answer});
-  after.run(hours(1));
-  EXPECT_EQ(after.core->outcome(), LearnerCore::Outcome::kDone);
-  EXPECT_EQ(after.workers[2]->num_evaluated, 0);
-}
-
-TEST(SecondAnswersTest, AJournalWithASecondAnswerToWhatHasNoneIsRefused) {
-  Cluster cluster(checked_study());
-  add_workers(cluster, 2);
-  cluster.start();
-  cluster.run(hours(1));
-  LearnerCore core(cluster.core->study(), LearnerSettings{});
-  Effects unsent;
-  core.step({}, Started{}, unsent);
-  core.step({}, SecondRecovered{cluster.second_answers[5]}, unsent);
-  EXPECT_EQ(core.outcome(), LearnerCore::Outcome::kFailed);
-  EXPECT_THAT(core.failure(), ::testing::HasSubstr("once more"));
-
-  LearnerCore other(cluster.core->study(), LearnerSettings{});
-  other.step({}, Started{}, unsent);
-  other.step({}, ResultRecovered{cluster.journal[0]}, unsent);
-  SecondAnswer wrong{cluster.journal[0]};
-  wrong.result.content += 1;
-  wrong.result.worker_id = 99;
-  other.step({}, SecondRecovered{wrong}, unsent);
-  EXPECT_EQ(other.outcome(), LearnerCore::Outcome::kFailed);
-  EXPECT_THAT(other.failure(), ::testing::HasSubstr("asks otherwise"));
 }
 
 /// Its own repetition, or what it had been given twice, is no word of another one.

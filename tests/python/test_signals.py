@@ -73,6 +73,52 @@ class SignalsTest(ProgramTest):
         said = self.learn("--resume", "state", "--set", "study.rollouts=20", program="other.py", status=2)
         self.assertIn("in the study the task's outputs are wrist_m, here they are elbow_m", said.stderr)
 
+    def start_worker(self, url, program):
+        self.start("treeroll-worker", "--processes", "1", "--lcm-url", url, "--evaluator",
+                   f"{PYTHON} {self.folder}/{program}")
+
+    def learn_from_afar(self, url, *words, status=0):
+        """By a learner beside which nobody knows the task."""
+        return self.run_program("treeroll-learner", *words, "--lcm-url", url, status=status)
+
+    def test_they_come_from_workers_elsewhere(self):
+        url = lcm_url(10)
+        self.start_worker(url, "reach.py")
+        said = self.learn_from_afar(url, "study.toml", "--state-dir", "state")
+        self.assertIn("no worker program here knows the task", said.stderr)
+        self.assertNotIn("phase", (self.folder / "state/study.toml").read_text())
+
+        def expect_names(*files):
+            for name in files:
+                policy = self.policy(name)
+                self.assertEqual((policy.input_names, policy.output_names), (["phase"], ["wrist_m"]), name)
+
+        both = ("state/policies/plain-0.json", "state/policies/plain-0.final.json")
+        expect_names(*both)
+        # What reads the journal writes the same, and a learner that goes on.
+        self.assertIn("files agree", self.run_program("treeroll-replay", "state", "--verify").stdout)
+        self.run_program("treeroll-replay", "state", "--policy", "0:3", "--output", "three.json")
+        self.run_program("treeroll-replay", "state", "--start", "plain", "--output", "start.json")
+        expect_names("three.json", "start.json")
+        self.learn_from_afar(url, "--resume", "state", "--set", "study.rollouts=16")
+        expect_names(*both)
+        self.run_program("treeroll-report", "state")
+        scripts = "".join(file.read_text() for file in (self.folder / "report/figures").rglob("*.gp"))
+        self.assertIn("set xlabel 'phase'; set ylabel 'wrist (m)'", scripts)
+
+    def test_a_worker_that_names_them_otherwise_gets_nothing(self):
+        url = lcm_url(11)
+        self.start_worker(url, "reach.py")
+        self.learn_from_afar(url, "study.toml", "--state-dir", "state")
+        said = self.learn("--resume", "state", "--set", "study.rollouts=16", program="other.py", status=1)
+        self.assertIn("outputs are wrist_m, those of this task are elbow_m", said.stderr)
+        other = lcm_url(12)
+        self.start_worker(other, "other.py")
+        learner = self.start("treeroll-learner", "--resume", "state", "--set", "study.rollouts=16",
+                             "--lcm-url", other)
+        said = next(line for line in learner.stderr if "refuses the task" in line)
+        self.assertIn("outputs are elbow_m, this study calls them wrist_m", said)
+
     def test_who_names_none_goes_on_with_who_does(self):
         self.learn("study.toml", "--state-dir", "nameless", program="nameless.py")
         text = json.loads((self.folder / "nameless/policies/plain-0.json").read_text())

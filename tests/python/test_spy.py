@@ -15,6 +15,9 @@ SPY = PROGRAMS / "treeroll-spy"
 STUDY = study_text('name = "spied"\nrollouts = 400\nrepetitions = 2',
                    'name = "synthetic"\nmode = "sleep"\nduration_us = 20000',
                    'name = "one"', 'name = "two"\nexploration.output_scale = 0.5')
+# Runs that are drawn as an envelope of each condition.
+MANY_RUNS = (STUDY.replace("repetitions = 2", "repetitions = 200").replace("rollouts = 400", "rollouts = 100")
+             .replace("duration_us = 20000", "duration_us = 1000"))
 # Of the first two conditions, RewardChart.java.
 COLOURS = (0x0072B2, 0xD55E00)
 
@@ -70,8 +73,14 @@ class SpyTest(ProgramTest):
 
     @unittest.skipUnless(shutil.which("Xvfb"), "needs Xvfb: deploy/install-packages spy")
     def test_the_runs_of_a_study_are_drawn_beside_lcm_spy(self):
+        self.expect_drawn(STUDY, lcm_url(6))
+
+    @unittest.skipUnless(shutil.which("Xvfb"), "needs Xvfb: deploy/install-packages spy")
+    def test_hundreds_of_runs_are_drawn_as_what_they_come_to(self):
+        self.expect_drawn(MANY_RUNS, lcm_url(7))
+
+    def expect_drawn(self, study, url):
         display, screen = self.display()
-        url = lcm_url(6)
         output = self.folder / "spy.log"
         with output.open("w") as log:
             spy = subprocess.Popen([SPY, "--lcm-url", url], stdout=log, stderr=log,
@@ -82,7 +91,7 @@ class SpyTest(ProgramTest):
             spy.wait()
 
         self.addCleanup(end)
-        (self.folder / "study.toml").write_text(STUDY)
+        (self.folder / "study.toml").write_text(study)
         learner = self.start("treeroll-learner", "study.toml", "--local-workers", "2", "--lcm-url", url)
 
         def drawn():

@@ -28,6 +28,9 @@ TEST_P(RecheckTest, WhatIsRunAgainChangesNothingThatIsLearnt) {
   if (is_one_seed()) return;
   EXPECT_GT(run.faults["second answers"], 0);
   EXPECT_EQ(run.faults["of these disputed"], 0);
+  EXPECT_GT(run.faults["asked again on another host"], 0);
+  EXPECT_GT(run.faults["asked again on one host"], 0);
+  EXPECT_GT(run.faults["names of signals noted"], 0);
 }
 
 TEST_P(RecheckTest, WhoLiesIsFoundAndTheStudyStandsWithoutHim) {

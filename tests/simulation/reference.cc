@@ -55,6 +55,8 @@ std::vector<RunRecord> folded_records(const Study& study,
       core.step(TimePoint{}, learner::ResultRecovered{*result}, effects);
     } else if (const auto* time = std::get_if<LearningTime>(&record)) {
       core.step(TimePoint{}, learner::TimeRecovered{*time}, effects);
+    } else if (const auto* signals = std::get_if<TaskSignals>(&record)) {
+      core.step(TimePoint{}, learner::SignalsRecovered{*signals}, effects);
     }
     effects = {};
   }

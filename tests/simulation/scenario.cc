@@ -287,6 +287,7 @@ Scenario with_keys(Scenario scenario) {
 Scenario with_rechecks(Scenario scenario) {
   Dice dice(scenario.seed, kRecheckDice);
   for (Study& study : scenario.studies) study.recheck = dice.between(.05, 1.);
+  scenario.workers_per_host = Dice(scenario.seed, kRecheckDice, 2).between(1, 3) == 1 ? 2 : 1;
   return scenario;
 }
 

@@ -71,6 +71,7 @@ struct Scenario {
   TaskBehaviour task;
   NetworkFaults network;
   std::vector<WorkerPlan> workers;
+  int workers_per_host = 1;
   int num_relays = 0;
   bool has_keys = false;      ///< a learner's for learners, a key of its own for each worker
   double stranger_share = 0;  ///< of messages that a stranger answers

@@ -19,7 +19,7 @@ learner::LearnerSettings learner_settings(const Scenario& scenario, protocol::Le
   settings.unsynced_results_max = scenario.unsynced_results_max;
   if (scenario.knows_task) {
     settings.known_tasks[kTaskContent] =
-        *task_description_from_json(task_description(scenario.task));
+        *task_description_from_json(task_description(scenario.task, true));
   }
   return settings;
 }
@@ -70,6 +70,8 @@ void SimulatedLearner::recover(const JournalRecord& record) {
     core_.step(schedule_.now(), learner::SecondRecovered{*second}, unsent);
   } else if (const auto* worker = std::get_if<KnownWorker>(&record)) {
     core_.step(schedule_.now(), learner::WorkerRecovered{*worker}, unsent);
+  } else if (const auto* signals = std::get_if<TaskSignals>(&record)) {
+    core_.step(schedule_.now(), learner::SignalsRecovered{*signals}, unsent);
   } else if (const auto* time = std::get_if<LearningTime>(&record)) {
     learnt_before_ = time->elapsed;
     note_time(*time);
@@ -123,6 +125,7 @@ void SimulatedLearner::do_all(const learner::Effects& effects) {
     const bool is_record = std::holds_alternative<learner::AppendResult>(effect) ||
                            std::holds_alternative<learner::AppendSecond>(effect) ||
                            std::holds_alternative<learner::AppendWorker>(effect) ||
+                           std::holds_alternative<learner::AppendSignals>(effect) ||
                            std::holds_alternative<learner::AppendTime>(effect);
     if (is_record) count += 2;
   }
@@ -190,6 +193,13 @@ void SimulatedLearner::append(const SecondAnswer& answer) {
 void SimulatedLearner::append(const KnownWorker& worker) {
   crash_if_due();
   disk_.append(worker);
+  plan_sync();
+}
+
+void SimulatedLearner::append(const TaskSignals& signals) {
+  crash_if_due();
+  observer_.count("names of signals noted");
+  disk_.append(signals);
   plan_sync();
 }
 

@@ -5,6 +5,7 @@
 #include "common/protocol/pieces.h"
 #include "common/protocol/timings.h"
 #include "common/transport/codec.h"
+#include "learner/core/dispatch.h"
 #include "tests/simulation/simulated_learner.h"
 
 namespace treeroll::simulation {
@@ -82,6 +83,27 @@ void SimulatedLearner::check_again(const protocol::RolloutRequest& request) {
                         !answered_by_[key].contains(request.worker_id) &&
                         accepted_.contains({key, request.content}),
                     "an answered roll-out is asked for");
+  const learner::Ledger::Entry& entry = *core_.ledger().find(key);
+  const auto& workers = core_.workforce().workers().all();
+  const learner::WorkerEntry& asked = workers.at(request.worker_id);
+  const bool is_elsewhere = asked.is_new_witness(entry.question);
+  observer_.count(is_elsewhere ? "asked again on another host" : "asked again on one host");
+  // Whoever had it before is asked again, and what is late goes to who is idle.
+  if (is_elsewhere || request.attempt > 0 || entry.leases.size() > 1) return;
+  const auto has_room = [&](const learner::WorkerEntry& worker) {
+    const int share = worker.hearing.share_of(learner::window(worker, 0));
+    return worker.free_slots > 0 &&
+           share > static_cast<int>(learner::num_out(core_.ledger(), worker.id));
+  };
+  observer_.require(
+      std::ranges::none_of(workers,
+                           [&](const auto& each) {
+                             const learner::WorkerEntry& worker = each.second;
+                             return worker.usable() && worker.is_alive(schedule_.now()) &&
+                                    worker.is_first_choice() && worker.may_have(entry.question) &&
+                                    worker.is_new_witness(entry.question) && has_room(worker);
+                           }),
+      "the same host is asked again although another one has room");
 }
 
 void SimulatedLearner::check_batch(const protocol::RolloutBatch& batch) {

@@ -26,7 +26,7 @@ constexpr int kKillsOfTrouble = 2;
 worker::WorkerSettings settings_of(const Scenario& scenario, Dice& dice, int slot) {
   worker::WorkerSettings settings;
   settings.worker_id = Gate::name_of(scenario.has_keys, slot, dice.id());
-  settings.host = "host" + std::to_string(slot);
+  settings.host = "host" + std::to_string(slot / scenario.workers_per_host);
   settings.pid = slot + 1;
   settings.version = "simulated";
   settings.numeric_class = "class";
@@ -240,8 +240,9 @@ void SimulatedWorker::perform(const worker::LoadDefinition& effect) {
         .evaluator = effect.evaluator,
         .name = effect.name,
         .accepted = true,
-        .text = effect.name.kind == worker::DefinitionKind::kTask ? task_description(scenario_.task)
-                                                                  : "",
+        .text = effect.name.kind == worker::DefinitionKind::kTask
+                    ? task_description(scenario_.task, settings_.pid % 2 == 0)
+                    : "",
         .facts = facts_of(effect.name.kind, effect.content, scenario_.task.time_limit)};
   });
 }

@@ -1,5 +1,6 @@
 #include "tests/simulation/virtual_task.h"
 
+#include "common/task_facts/task_description.h"
 #include "tests/learner_core/fake_worker.h"
 #include "tests/simulation/dice.h"
 
@@ -7,9 +8,11 @@ namespace treeroll::simulation {
 
 const char* const kTaskContent = R"({"name":"bump","settings":{}})";
 
-std::string task_description(const TaskBehaviour& behaviour) {
-  return R"({"deterministic":true,"input_dim":1,"output_dim":1,"reward_max":1.0,"reward_min":0.0,"time_limit_s":)" +
-         std::to_string(to_seconds(behaviour.time_limit)) + "}";
+std::string task_description(const TaskBehaviour& behaviour, bool names_signals) {
+  TaskDescription task{
+      .input_dim = 1, .output_dim = 1, .time_limit_s = to_seconds(behaviour.time_limit)};
+  if (names_signals) task.signals = {{"time_s"}, {"force_n"}};
+  return report_text(task);
 }
 
 Fate VirtualTask::fate(protocol::RolloutKey key) const {

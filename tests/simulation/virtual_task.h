@@ -23,7 +23,8 @@ struct TaskBehaviour {
 };
 
 extern const char* const kTaskContent;
-std::string task_description(const TaskBehaviour& behaviour);
+/// @param names_signals  as workers of this version do; those before it name none
+std::string task_description(const TaskBehaviour& behaviour, bool names_signals);
 
 enum class Fate { kFine, kCrashes, kHangs, kDiverges, kFlaky };
 

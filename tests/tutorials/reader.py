@@ -80,13 +80,14 @@ class Reader:
 
     def __init__(self, page: Path, home: Path, prefix: Path, lcm_url: str):
         """
-        :param prefix: where treeroll is installed; the page finds it as ~/treeroll
+        :param prefix: where treeroll is installed; the page finds it as ~/opt/treeroll
         :param lcm_url: the network of its learners and workers, unless the page sets another
         """
         self._page = page
         self._steps = steps_of(page)
         self._home = home
-        (home / "treeroll").symlink_to(prefix)
+        (home / "opt").mkdir()
+        (home / "opt/treeroll").symlink_to(prefix)
         self._environment = {
             "HOME": str(home), "LCM_DEFAULT_URL": lcm_url, "LANG": "C.UTF-8", "TERM": "xterm",
             "PATH": f"{Path(sys.executable).parent}:/usr/local/bin:/usr/bin:/bin:/usr/sbin:/sbin",

@@ -127,6 +127,16 @@ class DocumentationTest(unittest.TestCase):
         for path in there:
             self.assertIn(path.suffix, (".svg", ".png"))
 
+    def test_what_quickstart_builds_is_all_that_tutorials_install(self):
+        page = (DOC / "README.md").read_text()
+        preset = re.search(r"^cmake --preset (\w+) && cmake --build --preset \1$", page, re.MULTILINE)[1]
+        script = (SOURCE / "deploy/quickstart").read_text()
+        self.assertIn(f"cmake --preset {preset})", script)
+        builds = re.findall(r"^ *cmake --build (.*)$", script, re.MULTILINE)
+        # No target is named: nothing is left to compile for `cmake --install`.
+        self.assertEqual(builds, [f'"$root/build/{preset}" --parallel "$(nproc)"'])
+        self.assertIn(f"cmake --install build/{preset} --prefix ~/opt/treeroll\n", page)
+
     def test_a_tutorial_begins_with_what_one_will_have_and_how_long_it_takes(self):
         tutorials = sorted(path.name for path in (DOC / "tutorials").glob("*.md"))
         self.assertGreaterEqual(len(tutorials), 7)
@@ -144,7 +154,7 @@ class DocumentationTest(unittest.TestCase):
         names = [name for folders in made.values() for name in folders]
         self.assertGreaterEqual(len(names), 6)
         self.assertEqual(sorted(names), sorted(set(names)), made)
-        self.assertNotIn("treeroll", names)  # where it is installed
+        self.assertNotIn("opt", {name.partition("/")[0] for name in names})  # where it is installed
 
     def test_every_page_is_in_the_index(self):
         index = (DOC / "README.md").read_text()

@@ -134,6 +134,41 @@ TEST(LiveStudyTest, AWorkerIsShownWithWhatIsWrongWithIt) {
   EXPECT_THAT(worker["trouble"].get<std::string>(), HasSubstr("silent"));
 }
 
+TEST(LiveStudyTest, OfAWorkerThatIsOutvotedIsSaidWhyItGetsNothing) {
+  Study checked = learner::small_study(30, 2);
+  checked.recheck = 1;
+  learner::Cluster cluster(checked);
+  for (int id = 1; id <= 4; ++id) cluster.add_worker(id).host = "host" + std::to_string(id);
+  cluster.workers[2]->reward_factor = .5;
+  const LiveStudy live(*cluster.core, {});
+  cluster.start();
+  json of_liar;
+  cluster.run(std::chrono::hours(1), [&] {
+    if (!of_liar.is_null() || !cluster.core->workforce().workers().all().at(3).distrusted) return;
+    of_liar = json::parse(state_view(live, cluster.now))["workers"];
+  });
+  ASSERT_EQ(of_liar.size(), 4U);
+  for (const json& worker : of_liar) {
+    EXPECT_EQ(worker["trouble"],
+              worker["id"] == "3" ? "two others contradict its answers: it gets nothing for a while"
+                                  : "");
+  }
+}
+
+/// What only workers know comes while the page is shown.
+TEST(LiveStudyTest, NamesOfSignalsAreShownOnceAWorkerHasToldThem) {
+  learner::Cluster cluster(learner::small_study(30, 2), /*knows_task=*/false);
+  cluster.add_worker(1).description = report_text(
+      {.input_dim = 1, .output_dim = 1, .time_limit_s = 10, .signals = {{"time_s"}, {"force_n"}}});
+  StudyFacts facts;
+  facts.columns = {{"t", "x"}};
+  const LiveStudy live(*cluster.core, facts);
+  cluster.start();
+  EXPECT_EQ(json::parse(condition_view(live, 0))["columns"], json({"t", "x"}));
+  cluster.run(std::chrono::hours(1));
+  EXPECT_EQ(json::parse(condition_view(live, 0))["columns"], json({"time_s", "force_n"}));
+}
+
 TEST(LiveStudyTest, ARunIsShownWithItsPolicyAndItsNoise) {
   FedStudy study(learner::small_study(30, 2));
   study.answer(25);

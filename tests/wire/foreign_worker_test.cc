@@ -8,6 +8,7 @@
 #include <set>
 
 #include "common/protocol/pieces.h"
+#include "common/task_facts/task_description.h"
 #include "common/transport/codec.h"
 #include "tests/transport/loopback.h"
 #include "tests/worker_app/learner_stand_in.h"
@@ -143,7 +144,10 @@ TEST_P(ForeignWorkerTest, Rules17To19And21AsksForWhatItLacksAndReportsIt) {
     EXPECT_TRUE(report.accepted) << report.text;
     if (report.definition_id != id) continue;
     described = true;
-    EXPECT_EQ(json::parse(report.text)["input_dim"], 1) << report.text;
+    EXPECT_LE(report.text.size(), kTaskReportBytesMax);
+    const Result<TaskDescription> task = task_description_from_json(report.text);
+    ASSERT_TRUE(task) << task.error().message;
+    EXPECT_EQ(task->input_dim, 1) << report.text;
   }
   EXPECT_TRUE(described);
 }

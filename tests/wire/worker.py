@@ -29,7 +29,7 @@ CHANNELS = {"reward_batch_t": "TREEROLL_REWARDS", "worker_status_t": "TREEROLL_W
             "definition_request_t": "TREEROLL_REQUESTS", "definition_report_t": "TREEROLL_REPORTS"}
 STATUS = {"reward": 0, "failed": 2, "discarded": 5}
 TASK, POLICY, THETA = 0, 1, 2
-SLOTS, RESULTS_PER_BATCH, PIECE_BYTES, DEFINITION_BYTES_MAX = 16, 3, 1024, 1 << 20
+SLOTS, RESULTS_PER_BATCH, PIECE_BYTES, DEFINITION_BYTES_MAX, REPORT_BYTES_MAX = 16, 3, 1024, 1 << 20, 1024
 FIRST_KEY = {"run": 0, "number": -2**31}
 LAST_KEY = {"run": 2**31 - 1, "number": 2**31 - 1}
 
@@ -187,11 +187,13 @@ class Worker:
         task = json.loads(content)
         said = self.describe(task)
         settings = said.pop("settings")
+        names = {key: said.pop(key) for key in ("inputs", "outputs") if key in said}
         if "described" in task and (task["described"], task["settings"]) != (said, settings):
             raise ValueError("this worker's task is another one than the study's")
         self.tasks[name[1]] = task
         self.described = name[1]
-        return json.dumps(said)
+        text = json.dumps({**said, **names})
+        return text if len(text.encode()) <= REPORT_BYTES_MAX else json.dumps(said)
 
     def describe(self, task):
         said = self.program.describe({"name": task["name"], "settings": task["settings"]})
@@ -215,7 +217,8 @@ class Worker:
         theta = self.thetas[request["theta_ids"][0]] if request["theta_ids"] else request["theta"]
         policy = self.policies[request["policy_id"]]
         policy.theta = theta
-        said = self.program.evaluate({"policy": policy.text, "seed": request["task_seed"] % 2**64})
+        said = self.program.evaluate({"run": request["key"]["run"], "rollout": request["key"]["number"],
+                                      "policy": policy.text, "seed": request["task_seed"] % 2**64})
         word = next(w for w in STATUS if w in said)
         self.num_evaluated += 1
         link = self.links[request["learner"]]

@@ -1,5 +1,6 @@
 #include "workers/app/evaluator.h"
 
+#include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <unistd.h>
 
@@ -21,6 +22,8 @@ namespace treeroll::worker {
 namespace {
 
 using nlohmann::json;
+
+static_assert(kTaskReportBytesMax <= protocol::kStringBytesMax);
 
 }  // namespace
 
@@ -48,9 +51,16 @@ std::optional<protocol::DefinitionReport> Evaluator::define(const DefinitionCont
 std::string Evaluator::load_task(const ContentHash& id, const std::string& content) {
   json resolved;
   std::unique_ptr<EvaluatedTask> task = source_->make(content, resolved);
-  const std::string description = to_json(task->description()).dump();
+  const TaskDescription& description = task->description();
+  std::string text = report_text(description);
+  if (!description.signals.empty() && text == to_json(description).dump()) {
+    spdlog::warn(
+        "the names of {} inputs and {} outputs take more than the {} bytes of a report: a learner "
+        "without a worker program of its own numbers them (shorter names, or --worker-program)",
+        description.input_dim, description.output_dim, kTaskReportBytesMax);
+  }
   tasks_.emplace(id, std::move(task));
-  return description;
+  return text;
 }
 
 std::string Evaluator::load_policy(const ContentHash& id, const std::string& content) {

@@ -1,6 +1,5 @@
 #include "workers/relay/downlink.h"
 
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "common/base/check.h"
@@ -177,7 +176,7 @@ std::optional<std::string> Downlink::take_facts(const learner::Turn&, const Cont
   constexpr Duration kNever = std::chrono::hours(24 * 100);
   news_.verdicts.push_back({.name = {worker::DefinitionKind::kTask, task_id},
                             .accepted = true,
-                            .text = to_json(facts).dump(),
+                            .text = report_text(facts),
                             .facts = {.input_dim = facts.input_dim,
                                       .output_dim = facts.output_dim,
                                       .time_limit = kNever,

@@ -86,6 +86,8 @@ class Downlink : private learner::Client {
   void take(const learner::Turn& turn, const AcceptedResult& result, int numeric_class) override;
   std::optional<std::string> take_facts(const learner::Turn& turn, const ContentHash& task_id,
                                         const TaskDescription& facts) override;
+  /// Its learner asks for them itself.
+  void take_signals(const TaskSignals&) override {}
   void add_task(const learner::Turn& turn, const ContentHash& id, const std::string& content);
   void look_for_refusals();
   void refuse(const ContentHash& task, std::string reason);

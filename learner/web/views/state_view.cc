@@ -49,8 +49,11 @@ json ledger_view(const LedgerCounters& counters, const LearnerCore& core) {
 }
 
 /// What keeps a worker from work, or slows it; empty: nothing.
-std::string trouble_of(const learner::WorkerEntry& worker, TimePoint now) {
+std::string trouble_of(const learner::WorkerEntry& worker, bool is_outvoted, TimePoint now) {
   if (worker.set_aside) return "two others contradict its answers: it gets nothing of this study";
+  if (worker.distrusted && is_outvoted) {
+    return "two others contradict its answers: it gets nothing for a while";
+  }
   if (worker.distrusted) return "distrusted for a while: it gave a reward that no sound one gives";
   if (worker.suspicion) return "suspected: it has to say whether a reward was its own";
   if (worker.other_class) return "its numeric class is not the one that the study demands";
@@ -69,6 +72,7 @@ json worker_view(protocol::WorkerId id, const learner::WorkerEntry* entry, const
   json view{{"id", std::to_string(id)}};
   const auto& rechecked = study.core().workforce().rechecks().record().workers;
   const auto tally = rechecked.find(id);
+  const bool is_outvoted = tally != rechecked.end() && tally->second.num_outvoted > 0;
   if (tally != rechecked.end()) {
     view.update({{"compared", tally->second.num_compared},
                  {"disagreed", tally->second.num_disagreed},
@@ -91,9 +95,7 @@ json worker_view(protocol::WorkerId id, const learner::WorkerEntry* entry, const
   }
   if (!entry) {
     view["trouble"] = study.facts().is_replay ? "" : "gone";
-    if (tally != rechecked.end() && tally->second.num_outvoted > 0) {
-      view["trouble"] = "two others contradict its answers";
-    }
+    if (is_outvoted) view["trouble"] = "two others contradict its answers";
     view["gone"] = true;
     return view;
   }
@@ -103,7 +105,7 @@ json worker_view(protocol::WorkerId id, const learner::WorkerEntry* entry, const
                {"class", entry->numeric_class},
                {"in_flight", study.core().ledger().leases_of(id).size()},
                {"silent_s", to_seconds(now - entry->last_heard)},
-               {"trouble", trouble_of(*entry, now)}});
+               {"trouble", trouble_of(*entry, is_outvoted, now)}});
   if (entry->answer_time_s) view["answer_s"] = *entry->answer_time_s;
   return view;
 }

@@ -88,10 +88,11 @@ std::string curves_view(LiveStudy& study) {
 std::string condition_view(const LiveStudy& study, int condition) {
   const auto place = static_cast<std::size_t>(condition);
   const StudyFacts& facts = study.facts();
-  json view{{"policy", policy_view(*study.core().study().conditions[place].start)},
-            {"columns", json::array()},
+  const Condition& known = study.core().study().conditions[place];
+  json view{{"policy", policy_view(*known.start)},
+            {"columns", all_of(known.signals)},
             {"demonstration", nullptr}};
-  if (place < facts.columns.size()) view["columns"] = facts.columns[place];
+  if (known.signals.empty() && place < facts.columns.size()) view["columns"] = facts.columns[place];
   if (place < facts.demonstrations.size() && facts.demonstrations[place]) {
     view["demonstration"] = samples_view(*facts.demonstrations[place]);
   }

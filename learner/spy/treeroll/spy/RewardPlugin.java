@@ -58,7 +58,13 @@ public final class RewardPlugin implements SpyPlugin {
     RewardChart chart = new RewardChart();
     place.add(chart);
     Inbox inbox = new Inbox();
-    Timer timer = new Timer(DRAW_EVERY_MS, event -> inbox.drain(chart::take));
+    Timer timer =
+        new Timer(
+            DRAW_EVERY_MS,
+            event -> {
+              inbox.drain(chart::take);
+              chart.show(System.nanoTime() / 1_000_000);
+            });
     LCMSubscriber subscriber = (lcm, name, bytes) -> take(inbox, bytes);
     String pattern = Pattern.quote(channel);
     LCM.getSingleton().subscribe(pattern, subscriber);

@@ -40,6 +40,7 @@ final class RunHistory {
   private int[] rollouts = new int[16];
   private final double[][] rewards = new double[Measure.values().length][16];
   private int size = 0;
+  private int timesThinned = 0;
   private int switches = -1;
   private boolean knowsMean = false;
 
@@ -104,6 +105,11 @@ final class RunHistory {
     return rewards[measure.ordinal()][i];
   }
 
+  /** What has been drawn of it is to be drawn anew once this has grown. */
+  int timesThinned() {
+    return timesThinned;
+  }
+
   private void grow() {
     int room = Math.min(2 * size, POINTS_MAX);
     rollouts = Arrays.copyOf(rollouts, room);
@@ -119,5 +125,6 @@ final class RunHistory {
       ++kept;
     }
     size = kept;
+    ++timesThinned;
   }
 }

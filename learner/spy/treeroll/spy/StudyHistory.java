@@ -17,16 +17,8 @@ final class StudyHistory {
   /** Further ones are not kept: what is on the network has no bound. */
   static final int RUNS_MAX = 5000;
 
-  /** Of all runs, what the heap holds with their lines (-Xmx, treeroll-spy.in). */
+  /** Of all runs, 28 bytes each. */
   static final int POINTS_MAX = 1_000_000;
-
-  /** What a status has changed. */
-  enum News {
-    NOTHING,
-    A_POINT,
-    /** There were too many points: many runs have lost some. */
-    ALL
-  }
 
   private final Map<RunName, RunHistory> runs = new LinkedHashMap<>();
   private final Set<Group> groups = new LinkedHashSet<>();
@@ -34,14 +26,15 @@ final class StudyHistory {
   private int points = 0;
   private boolean overflows = false;
 
-  News take(run_status_t status) {
-    if (!RunHistory.isSound(status)) return News.NOTHING;
+  /** Whether there is something new to draw. */
+  boolean take(run_status_t status) {
+    if (!RunHistory.isSound(status)) return false;
     RunName name = new RunName(status.learner_id, status.run);
     RunHistory run = runs.get(name);
     if (run == null) {
       if (runs.size() >= RUNS_MAX) {
         overflows = true;
-        return News.NOTHING;
+        return false;
       }
       run = new RunHistory(status);
       runs.put(name, run);
@@ -49,11 +42,10 @@ final class StudyHistory {
       learners.add(name.learner());
     }
     int before = run.size();
-    if (!run.take(status)) return News.NOTHING;
+    if (!run.take(status)) return false;
     points += run.size() - before;
-    if (points <= POINTS_MAX) return News.A_POINT;
-    thinOut();
-    return News.ALL;
+    if (points > POINTS_MAX) thinOut();
+    return true;
   }
 
   /** Halves the runs that are longer than half of the mean: they have half of all points. */

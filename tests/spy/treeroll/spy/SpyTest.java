@@ -1,5 +1,7 @@
 package treeroll.spy;
 
+import info.monitorenter.gui.chart.Chart2D;
+import info.monitorenter.gui.chart.ITrace2D;
 import java.awt.Color;
 import java.awt.Component;
 import java.awt.Container;
@@ -46,11 +48,11 @@ final class SpyTest {
 
   private static void runsAreNotMixed() {
     StudyHistory history = new StudyHistory();
-    expect(history.take(status(1, 0, "tree", 1)) == StudyHistory.News.A_POINT, "a first status is news");
-    expect(history.take(status(2, 0, "tree", 1)) == StudyHistory.News.A_POINT, "run 0 of another learner is another run");
-    expect(history.take(status(1, 1, "tree", 1)) == StudyHistory.News.A_POINT, "another repetition is another run");
-    expect(history.take(status(1, 2, "flat", 1)) == StudyHistory.News.A_POINT, "another condition is another run");
-    expect(history.take(status(1, 0, "tree", 2)) == StudyHistory.News.A_POINT, "a run goes on");
+    expect(history.take(status(1, 0, "tree", 1)), "a first status is news");
+    expect(history.take(status(2, 0, "tree", 1)), "run 0 of another learner is another run");
+    expect(history.take(status(1, 1, "tree", 1)), "another repetition is another run");
+    expect(history.take(status(1, 2, "flat", 1)), "another condition is another run");
+    expect(history.take(status(1, 0, "tree", 2)), "a run goes on");
     expect(history.runs().size() == 4, "four runs are told apart");
     expect(history.runs().get(new StudyHistory.RunName(1, 0)).size() == 2, "run 0 of learner 1");
     expect(history.runs().get(new StudyHistory.RunName(2, 0)).size() == 1, "run 0 of learner 2");
@@ -106,9 +108,9 @@ final class SpyTest {
       run_status_t status = status(1, 0, "tree", 2);
       fault.into(status);
       expect(
-          history.take(status) == StudyHistory.News.NOTHING, "refused: " + faults.indexOf(fault));
+          !history.take(status), "refused: " + faults.indexOf(fault));
       expect(
-          history.take(status(1, 0, "tree", 2)) == StudyHistory.News.A_POINT,
+          history.take(status(1, 0, "tree", 2)),
           "and the run is not silenced by it: " + faults.indexOf(fault));
     }
   }
@@ -136,9 +138,12 @@ final class SpyTest {
     StudyHistory history = new StudyHistory();
     boolean thinned = false;
     int most = 0;
+    int before = 0;
     for (int run = 0; run < 3000; ++run) { // 1.5 million
       for (int i = 1; i <= 500; ++i) {
-        thinned |= history.take(status(1, run, "tree", i)) == StudyHistory.News.ALL;
+        history.take(status(1, run, "tree", i));
+        thinned |= history.points() < before;
+        before = history.points();
         most = Math.max(most, history.points());
       }
     }
@@ -180,7 +185,10 @@ final class SpyTest {
     }
   }
 
+  private static long nowMs = 0;
+
   private static BufferedImage picture(RewardChart chart) {
+    chart.show(nowMs += 5000);
     chart.setSize(700, 500);
     layOut(chart);
     BufferedImage image = new BufferedImage(700, 500, BufferedImage.TYPE_INT_RGB);
@@ -198,6 +206,90 @@ final class SpyTest {
       }
     }
     return found;
+  }
+
+  private static int pointsDrawn(RewardChart chart) {
+    int points = 0;
+    for (ITrace2D trace : ((Chart2D) chart.getComponent(1)).getTraces()) points += trace.getSize();
+    return points;
+  }
+
+  private static void ofManyRunsTheEnvelopeIsDrawn() {
+    RewardChart chart = new RewardChart();
+    for (int run = 0; run < StudyHistory.RUNS_MAX; ++run) {
+      for (int i = 1; i <= 100; ++i) {
+        run_status_t status = status(1, run, run % 2 == 0 ? "tree" : "flat", 10 * i);
+        status.mean_reward = run == 77 && i == 50 ? 0.9 : 0.2 + 0.1 * (run % 2) + i / 1000.0;
+        chart.take(status);
+      }
+    }
+    BufferedImage picture = picture(chart);
+    int points = pointsDrawn(chart);
+    expect(points <= 2 * 3 * Envelope.PLACES_MAX, "half a million points become few: " + points);
+    expect(points >= 2 * 3 * 100, "and no fewer than the chart can show: " + points);
+    expect(count(picture, RewardChart.COLOURS[0]) > 300, "one condition");
+    expect(count(picture, RewardChart.COLOURS[1]) > 300, "and the other");
+    int peak = highest(picture, RewardChart.COLOURS[1]);
+    expect(peak < 60, "one run's one reward is within the envelope: " + peak);
+    expect(labels(chart, "lowest, mean and highest of 5000 runs") == 1, "that is said");
+    choice(chart, 1).setSelectedItem(new StudyHistory.Group(1, "tree"));
+    expect(count(picture(chart), RewardChart.COLOURS[1]) == 0, "a condition can be chosen");
+    expect(labels(chart, "of 2500 runs") == 1, "and the words follow");
+  }
+
+  private static void manyConditionsAreBoundedToo() {
+    RewardChart chart = new RewardChart();
+    for (int run = 0; run < 1000; ++run) {
+      for (int i = 1; i <= 3; ++i) chart.take(status(1, run, "c" + run, 1000 * i));
+    }
+    picture(chart);
+    int points = pointsDrawn(chart);
+    expect(points <= RewardChart.ENVELOPES_MAX * 3 * Envelope.PLACES_MAX, "bounded: " + points);
+    expect(labels(chart, "of the newest 40") == 1, "that is said");
+  }
+
+  private static void fewRunsAreLinesWhateverWasBefore() {
+    RewardChart chart = new RewardChart();
+    for (int run = 0; run <= RewardChart.LINES_MAX; ++run) {
+      for (int i = 1; i <= 3; ++i) chart.take(status(1, run, run == 0 ? "few" : "many", i));
+      picture(chart);
+      if (run < RewardChart.LINES_MAX) {
+        expect(pointsDrawn(chart) == 3 * (run + 1), "a line for each: " + pointsDrawn(chart));
+      }
+    }
+    expect(pointsDrawn(chart) == 2 * 3 * 3, "envelopes of two: " + pointsDrawn(chart));
+    choice(chart, 1).setSelectedItem(new StudyHistory.Group(1, "few"));
+    expect(pointsDrawn(chart) == 3, "one that is chosen is a line: " + pointsDrawn(chart));
+    expect(labels(chart, "lowest") == 0, "and no word of envelopes");
+  }
+
+  private static void anEnvelopeHoldsEachReward() {
+    RunHistory early = new RunHistory(status(1, 0, "tree", 0));
+    RunHistory late = new RunHistory(status(1, 1, "tree", 0));
+    for (int i = 1; i <= 1000; ++i) {
+      run_status_t status = status(1, 0, "tree", i);
+      status.mean_reward = i == 333 ? 9 : 1;
+      early.take(status);
+    }
+    for (int i : new int[] {501, 2000}) {
+      run_status_t status = status(1, 1, "tree", i);
+      status.mean_reward = 3;
+      late.take(status);
+    }
+    Envelope envelope = new Envelope(2000);
+    envelope.add(early, RunHistory.Measure.MEAN);
+    envelope.add(late, RunHistory.Measure.MEAN);
+    expect(envelope.places() == Envelope.PLACES_MAX, "as many places as there are");
+    double highest = 0;
+    for (int place = 0; place < envelope.places(); ++place) {
+      expect(!envelope.isEmpty(place), "both together leave no gap: " + place);
+      if (envelope.rolloutsAt(place) <= 1000) highest = Math.max(highest, envelope.highestAt(place));
+    }
+    expect(highest == 9, "a reward between two places is not lost: " + highest);
+    expect(envelope.meanAt(150) == 2, "the mean of both: " + envelope.meanAt(150));
+    expect(envelope.lowestAt(150) == 1 && envelope.highestAt(150) == 3, "and their range");
+    expect(envelope.meanAt(300) == 3, "of one that has ended nothing is made up");
+    expect(envelope.rolloutsAt(399) == 2000, "the last place is the last roll-out");
   }
 
   private static JComboBox<?> choice(Container container, int number) {
@@ -327,6 +419,10 @@ final class SpyTest {
     nothingGrowsWithoutABound();
     lcmSpyFindsThePlugin();
     aLineIsDrawnForEachRun();
+    anEnvelopeHoldsEachReward();
+    ofManyRunsTheEnvelopeIsDrawn();
+    manyConditionsAreBoundedToo();
+    fewRunsAreLinesWhateverWasBefore();
     System.exit(failures > 0 ? 1 : 0); // Swing would wait for events
   }
 }
