@@ -83,6 +83,7 @@ TimePoint LearnerCore::next_deadline() const {
   if (const auto workforce = workforce_.next_deadline()) next = std::min(next, *workforce);
   if (stop_at_) next = std::min(next, *stop_at_);
   if (const auto end = time_end()) next = std::min(next, *end);
+  if (!at_switch_.empty()) next = std::min(next, at_switch_since_);
   return next;
 }
 
@@ -168,6 +169,7 @@ void LearnerCore::on(const Turn& turn, const InboxDrained&) { workforce_.dispatc
 
 void LearnerCore::on(const Turn& turn, const TimerFired&) {
   CHECK(at_work_since_.has_value(), "the recovery is to be finished before the first timer");
+  if (!at_switch_.empty()) make_next_switch(turn);
   const bool status_is_due = turn.now >= next_status_;
   if (const auto end = time_end(); end && (turn.now >= *end || status_is_due)) read_clock(turn);
   workforce_.look_after_leases(turn);
@@ -247,13 +249,38 @@ bool LearnerCore::is_rechecked(protocol::RolloutKey key) const {
 
 void LearnerCore::take(const Turn& turn, const AcceptedResult& result, int numeric_class) {
   Run& run = runs_[result.key.run];
-  changed_runs_.insert(result.key.run);
   if (!result.outcome.is_ok()) note_failure(turn, run, result);
+  const bool was_at_switch = run.is_at_switch();
+  advance(turn, run, [&](const std::function<void(int)>& on_applied) {
+    const int applied =
+        run.accept_to_switch(result.key.number, result.outcome, numeric_class, on_applied);
+    if (result.key.number < 0 && run.answer_of(result.key.number)) ++num_evaluated_;
+    return applied;
+  });
+  if (was_at_switch || !run.is_at_switch()) return;
+  at_switch_.push_back(run.index());
+  at_switch_since_ = turn.now;
+  // What a journal holds next answers the layer that follows.
+  while (!at_work_since_ && !at_switch_.empty()) make_next_switch(turn);
+}
+
+/// One a turn, since the start of a layer may take seconds: what comes meanwhile is read before the
+/// next.
+void LearnerCore::make_next_switch(const Turn& turn) {
+  Run& run = runs_[at_switch_.front()];
+  at_switch_.pop_front();
+  advance(turn, run,
+          [&](const std::function<void(int)>& on_applied) { return run.make_switch(on_applied); });
+  if (run.is_at_switch()) at_switch_.push_back(run.index());
+}
+
+void LearnerCore::advance(const Turn& turn, Run& run,
+                          const std::function<int(const std::function<void(int)>&)>& step) {
+  changed_runs_.insert(run.index());
   const std::size_t num_switches = run.exploration().switches().size();
   std::function<void(int)> on_applied;
   if (on_applied_) on_applied = [&](int number) { on_applied_(run, number); };
-  num_applied_ += run.accept(result.key.number, result.outcome, numeric_class, on_applied);
-  if (result.key.number < 0 && run.answer_of(result.key.number)) ++num_evaluated_;
+  num_applied_ += step(on_applied);
   if (at_work_since_) tell_of_switches(turn, run, num_switches);
   if (at_work_since_) tell_of_final_evaluations(turn, run);
   if (run.done()) {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <optional>
@@ -103,6 +104,12 @@ class LearnerCore : private Client {
                                         const TaskDescription& facts) override;
   void take_signals(const TaskSignals& signals) override;
 
+  void make_next_switch(const Turn& turn);
+  /// Of a result or a switch.
+  /// @param step  what is done with the run, given what to call for each result that it applies;
+  ///              gives how many
+  void advance(const Turn& turn, Run& run,
+               const std::function<int(const std::function<void(int)>&)>& step);
   void draw(const Turn& turn, Run& run);
   void tell_of_final_evaluations(const Turn& turn, const Run& run);
   void tell_of_switches(const Turn& turn, const Run& run, std::size_t from) const;
@@ -139,6 +146,8 @@ class LearnerCore : private Client {
   std::vector<std::map<int, ContentHash>> policy_ids_;  // by run, then layer
   std::vector<ContentHash> task_ids_;                   // by condition
 
+  std::deque<int> at_switch_;    // runs whose next layer's start is to be computed
+  TimePoint at_switch_since_{};  // of the last of them
   int num_done_ = 0;
   std::int64_t num_applied_ = 0;      // of all runs' roll-outs
   std::int64_t num_evaluated_ = 0;    // outside the budget

@@ -15,7 +15,8 @@ std::optional<TimePoint> LearnerCore::time_end() const {
 /// Notes how long it has been, for the journal: now and then, so that a crash costs little of what
 /// has been counted, and when the time is up.
 void LearnerCore::read_clock(const Turn& turn) {
-  if (!time_end()) return;
+  // A run is stopped in its new layer, as where a journal is folded.
+  if (!time_end() || !at_switch_.empty()) return;
   const LearningTime time{learnt_before_ + (turn.now - *at_work_since_)};
   if (time == learnt_) return;
   turn.effects.emplace_back(AppendTime{time});

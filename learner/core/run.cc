@@ -87,6 +87,18 @@ std::vector<explore::Draw> Run::take_draws() {
 
 int Run::accept(int number, const Outcome& outcome, int numeric_class,
                 const std::function<void(int)>& on_applied) {
+  int applied = accept_to_switch(number, outcome, numeric_class, on_applied);
+  while (is_at_switch()) applied += make_switch(on_applied);
+  return applied;
+}
+
+int Run::make_switch(const std::function<void(int)>& on_applied) {
+  exploration_.make_switch();
+  return apply_waiting(on_applied);
+}
+
+int Run::accept_to_switch(int number, const Outcome& outcome, int numeric_class,
+                          const std::function<void(int)>& on_applied) {
   const bool is_evaluation = number < 0;
   CHECK(is_evaluation ? start_wanted_ && !evaluations_.contains(number)
                       : exploration_.find(number) && !held_.contains(number),
@@ -104,18 +116,22 @@ int Run::accept(int number, const Outcome& outcome, int numeric_class,
     evaluations_.emplace(number, answer);
     return 0;
   }
-  if (!study_->in_sequence) {
-    apply(number, answer);
-    if (on_applied) on_applied(number);
-    return 1;
-  }
   held_.emplace(number, answer);
+  if (!study_->in_sequence) arrived_.push_back(number);
+  return apply_waiting(on_applied);
+}
+
+int Run::apply_waiting(const std::function<void(int)>& on_applied) {
   int applied = 0;
-  while (!held_.empty() && held_.begin()->first == exploration_.num_told()) {
-    const auto [lowest, in_turn] = *held_.begin();
-    held_.erase(held_.begin());
-    apply(lowest, in_turn);
-    if (on_applied) on_applied(lowest);
+  while (!held_.empty() && !is_at_switch()) {
+    const int next = study_->in_sequence ? exploration_.num_told() : arrived_.front();
+    const auto in_turn = held_.find(next);
+    if (in_turn == held_.end()) break;
+    const Answer answer = in_turn->second;
+    held_.erase(in_turn);
+    if (!study_->in_sequence) arrived_.pop_front();
+    apply(next, answer);
+    if (on_applied) on_applied(next);
     ++applied;
   }
   return applied;
@@ -133,7 +149,7 @@ void Run::apply(int number, const Answer& answer) {
   if (!outcome.is_ok()) ++num_failed_;
   // Given up: nothing is learnt from it or after it.
   if (outcome.is_discarded()) exploration_.stop();
-  exploration_.tell(number, outcome);
+  exploration_.tell_but_switch(number, outcome);
 }
 
 int Run::layer_of(int number) const {

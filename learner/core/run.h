@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <optional>
@@ -53,6 +54,13 @@ class Run {
   /// @param on_applied  may be empty; else called with the number of each, once it is
   int accept(int number, const Outcome& outcome, int numeric_class,
              const std::function<void(int)>& on_applied = {});
+  /// The same up to the first result that ends a layer. Those behind it wait in their order; before
+  /// stop(), make_switch() is called until is_at_switch() is false.
+  int accept_to_switch(int number, const Outcome& outcome, int numeric_class,
+                       const std::function<void(int)>& on_applied = {});
+  bool is_at_switch() const { return exploration_.is_at_switch(); }
+  /// One switch, then what waits for it, up to the next one.
+  int make_switch(const std::function<void(int)>& on_applied = {});
 
   /// Of the policy of a roll-out that has been drawn.
   int layer_of(int number) const;
@@ -84,6 +92,7 @@ class Run {
  private:
   RunRecord record_without_rollouts() const;
   void apply(int number, const Answer& answer);
+  int apply_waiting(const std::function<void(int)>& on_applied);
 
   const Study* study_;
   int index_;
@@ -96,7 +105,8 @@ class Run {
   std::map<int, Answer> evaluations_;  // answered, by number
   std::map<int, int> discards_;        // by number, of what has no result
   std::vector<int> wanted_again_;
-  std::map<int, Answer> held_;  // answered before a lower number was
+  std::map<int, Answer> held_;  // answered before a lower number was, or while a switch is due
+  std::deque<int> arrived_;     // of these, where results count as they arrive
   std::vector<RolloutRecord> records_;
   std::vector<std::string> reasons_;
   int num_failed_ = 0;

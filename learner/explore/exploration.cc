@@ -56,6 +56,12 @@ const SearchDistribution* Exploration::drawn_from(int rollout) const {
 }
 
 void Exploration::tell(int rollout, const Outcome& outcome) {
+  tell_but_switch(rollout, outcome);
+  if (is_at_switch()) make_switch();
+}
+
+void Exploration::tell_but_switch(int rollout, const Outcome& outcome) {
+  CHECK(!is_at_switch(), "a switch is to be made before more is told");
   const auto told = drawn_.find(rollout);
   CHECK(told != drawn_.end() && rollout < next_ask_,
         "a result was told twice or without having been asked for");
@@ -77,11 +83,19 @@ void Exploration::tell(int rollout, const Outcome& outcome) {
     return;
   }
   if (draw.layer == layer() && layer() < settings_.last_layer && search_.has_converged(settings_)) {
-    const double slope = search_.reward_slope().value_or(0);
-    if (go_to_next_layer()) {
-      switches_.push_back(rollout);
-      slopes_at_switches_.push_back(slope);
-    }
+    leaves_after_ = rollout;
+    return;
+  }
+  draw_what_is_permitted();
+}
+
+void Exploration::make_switch() {
+  CHECK(is_at_switch(), "no layer has ended");
+  const int rollout = *std::exchange(leaves_after_, std::nullopt);
+  const double slope = search_.reward_slope().value_or(0);
+  if (go_to_next_layer()) {
+    switches_.push_back(rollout);
+    slopes_at_switches_.push_back(slope);
   }
   draw_what_is_permitted();
 }
@@ -128,6 +142,7 @@ void Exploration::draw_what_is_permitted() {
 }
 
 bool Exploration::done() const {
+  if (is_at_switch()) return false;
   return stopped_ ? drawn_.empty() : num_told_ == settings_.num_rollouts;
 }
 

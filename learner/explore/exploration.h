@@ -51,6 +51,12 @@ class Exploration {
   /// Applies the result of a roll-out that was asked for and not told before.
   /// Precondition: the reward is finite and not negative.
   void tell(int rollout, const Outcome& outcome);
+  /// The same in two steps, since the start of a layer may take seconds: where the result ends a
+  /// layer, make_switch() comes before anything else is told, asked for or stopped.
+  void tell_but_switch(int rollout, const Outcome& outcome);
+  bool is_at_switch() const { return leaves_after_.has_value(); }
+  /// Precondition: is_at_switch().
+  void make_switch();
 
   /// An early stop, now, whatever the rewards: the study's time is up. For a run to be a function
   /// of what it was told, this is to be repeated at the same place between two tells.
@@ -110,6 +116,7 @@ class Exploration {
   int next_draw_ = 0;
   int next_ask_ = 0;
   int num_told_ = 0;
+  std::optional<int> leaves_after_;  // the roll-out whose result has ended the layer
   bool stopped_ = false;
   Best best_;
   std::vector<int> switches_;

@@ -31,6 +31,22 @@ inline PolicyPtr small_policy(double offset = 0) {
       ThetaLayout::kMeans);
 }
 
+/// A tree of two layers, the first of one component, the second of two.
+inline PolicyPtr two_layers() {
+  const auto component = [](double prior, double at) {
+    Component made;
+    made.prior = prior;
+    made.mean = Eigen::Vector2d(at, 0);
+    made.covariance = Eigen::Matrix2d::Identity() * .1;
+    return made;
+  };
+  return std::make_shared<TreePolicy>(
+      TreeModel::from_global(
+          FrameKind::kEigenvector,
+          {Gmm(1, {component(1, .5)}), Gmm(1, {component(.5, 0), component(.5, 1)})}, {{}, {0, 0}}),
+      1, ThetaLayout::kMeans);
+}
+
 inline Study small_study(int num_rollouts, int repetitions, int in_flight = 1) {
   Condition condition{"flat", R"({"name":"bump","settings":{}})", small_policy(),
                       explore::ExplorationSettings{}};

@@ -23,22 +23,6 @@ std::set<int> runs_in(const std::vector<protocol::Message>& messages) {
   return runs;
 }
 
-/// A tree of two layers, the first of one component, the second of two.
-PolicyPtr two_layers() {
-  const auto component = [](double prior, double at) {
-    Component made;
-    made.prior = prior;
-    made.mean = Eigen::Vector2d(at, 0);
-    made.covariance = Eigen::Matrix2d::Identity() * .1;
-    return made;
-  };
-  return std::make_shared<TreePolicy>(
-      TreeModel::from_global(
-          FrameKind::kEigenvector,
-          {Gmm(1, {component(1, .5)}), Gmm(1, {component(.5, 0), component(.5, 1)})}, {{}, {0, 0}}),
-      1, ThetaLayout::kMeans);
-}
-
 TEST(WatchersTest, WhoComesLateHearsOfEveryRunAndItsBestPolicyWithinSeconds) {
   Cluster cluster(small_study(50, 10));
   cluster.add_worker(1);
