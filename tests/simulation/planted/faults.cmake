@@ -77,8 +77,14 @@ plant("the store answers for an older theta" workers/core/answer_store.cc
   }]])
 
 plant("answers applied by arrival in sequence order" learner/core/run.cc
-  [[if (!study_->in_sequence)]]
-  [[if (PLANTED || !study_->in_sequence)]])
+  [[if (!study_->in_sequence) arrived_.push_back(number);]]
+  [[if (PLANTED || !study_->in_sequence) arrived_.push_back(number);]])
+plant("answers applied by arrival in sequence order" learner/core/run.cc
+  [[study_->in_sequence ? exploration_.num_told()]]
+  [[study_->in_sequence && !PLANTED ? exploration_.num_told()]])
+plant("answers applied by arrival in sequence order" learner/core/run.cc
+  [[if (!study_->in_sequence) arrived_.pop_front();]]
+  [[if (PLANTED || !study_->in_sequence) arrived_.pop_front();]])
 
 plant("draw counter lost at resume" learner/core/learner_core.cc
   [[workforce_.recover(turn, result);]]
