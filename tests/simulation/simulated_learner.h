@@ -80,6 +80,7 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   void check_batch(const protocol::RolloutBatch& batch);
   void check_told(const protocol::Message& message);
   void check_counters();
+  bool waits_for_a_switch() const;
   void hear(const protocol::Message& message);
   void check_lost_requests(const protocol::WorkerStatus& status);
   void check_leases_of_the_silent();
