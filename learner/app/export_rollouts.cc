@@ -60,13 +60,9 @@ class RolloutTable {
     const auto found = open_.find({run.index(), number});
     if (found == open_.end()) return;
     const explore::Exploration& exploration = run.exploration();
-    const std::vector<int>& switches = exploration.switches();
-    const bool is_switch = !switches.empty() && switches.back() == number;
     // After a switch the window is the next layer's.
     const bool is_of_layer = found->second.at("layer") == exploration.layer();
-    if (is_switch) {
-      found->second["reward_slope"] = exploration.slopes_at_switches().back();
-    } else if (const auto slope = exploration.reward_slope(); slope && is_of_layer) {
+    if (const auto slope = exploration.reward_slope(); slope && is_of_layer) {
       found->second["reward_slope"] = *slope;
     }
     write(found->second);

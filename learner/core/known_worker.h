@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "common/base/for_log.h"
 #include "common/protocol/messages.h"
@@ -20,9 +21,13 @@ struct KnownWorker {
 /// Whether two have one vote as to what is right: processes of one host, and names of one key. Only
 /// what the journal holds counts, so a fold counts alike. Without keys names begin at random; names
 /// that begin with nothing are of no key.
+inline bool are_one_witness(protocol::WorkerId a, std::string_view host_of_a, protocol::WorkerId b,
+                            std::string_view host_of_b) {
+  const std::int64_t key = protocol::key_part(a);
+  return host_of_a == host_of_b || (key != 0 && key == protocol::key_part(b));
+}
 inline bool are_one_witness(const KnownWorker& a, const KnownWorker& b) {
-  const std::int64_t key = protocol::key_part(a.worker_id);
-  return a.host == b.host || (key != 0 && key == protocol::key_part(b.worker_id));
+  return are_one_witness(a.worker_id, a.host, b.worker_id, b.host);
 }
 
 /// "worker 5 (host pid 7)", for a log.

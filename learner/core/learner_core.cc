@@ -149,7 +149,7 @@ void LearnerCore::on(const Turn&, const SignalsRecovered& event) {
   for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
     if (task_ids_[c] != task_id) continue;
     const Policy& start = *study_.conditions[c].start;
-    auto fault = fault_of(names, start.input_dim(), start.output_dim());
+    auto fault = treeroll::fault_of(names, start.input_dim(), start.output_dim());
     const TaskDescription* facts = workforce_.facts_of(task_id);
     if (!fault && facts) fault = difference(names, "those of this task are", facts->signals);
     if (!fault) return workforce_.recover(event.signals);
@@ -264,28 +264,32 @@ void LearnerCore::take(const Turn& turn, const AcceptedResult& result, int numer
   while (!at_work_since_ && !at_switch_.empty()) make_next_switch(turn);
 }
 
-/// Without keys anybody may say what a task is: a word that does not fit is its sender's trouble.
-std::optional<std::string> LearnerCore::take_facts(const Turn&, const ContentHash& task_id,
-                                                   const TaskDescription& facts) {
+std::optional<std::string> LearnerCore::fault_of(const ContentHash& task_id,
+                                                 const TaskDescription& facts) const {
   for (std::size_t c = 0; c < study_.conditions.size(); ++c) {
     if (task_ids_[c] != task_id) continue;
     const Condition& condition = study_.conditions[c];
     const Policy& policy = *condition.start;
-    std::string why;
     if (policy.input_dim() != facts.input_dim || policy.output_dim() != facts.output_dim) {
-      why = fmt::format("the task takes {} inputs and {} outputs, the policy has {} and {}",
-                        facts.input_dim, facts.output_dim, policy.input_dim(), policy.output_dim());
-    } else if (const auto other =
-                   difference(facts.signals, "those of the policy are", condition.signals)) {
-      why = fmt::format("the task's {}", *other);
-    } else {
-      continue;
+      return fmt::format(
+          "condition {}: the task takes {} inputs and {} outputs, the policy has {} and {}",
+          condition.name, facts.input_dim, facts.output_dim, policy.input_dim(),
+          policy.output_dim());
     }
-    why = fmt::format("condition {}: {}", condition.name, why);
-    if (is_authenticated_) fail(why);
-    return why;
+    if (const auto other =
+            difference(facts.signals, "those of the policy are", condition.signals)) {
+      return fmt::format("condition {}: the task's {}", condition.name, *other);
+    }
   }
   return std::nullopt;
+}
+
+/// Without keys anybody may say what a task is: a word that does not fit is its sender's trouble.
+std::optional<std::string> LearnerCore::take_facts(const Turn&, const ContentHash& task_id,
+                                                   const TaskDescription& facts) {
+  const std::optional<std::string> fault = fault_of(task_id, facts);
+  if (fault && is_authenticated_) fail(*fault);
+  return fault;
 }
 
 void LearnerCore::take_signals(const TaskSignals& signals) {

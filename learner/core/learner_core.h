@@ -100,6 +100,8 @@ class LearnerCore : private Client {
   std::optional<Answer> answer_of(protocol::RolloutKey key) const override;
   bool is_rechecked(protocol::RolloutKey key) const override;
   void take(const Turn& turn, const AcceptedResult& result, int numeric_class) override;
+  std::optional<std::string> fault_of(const ContentHash& task_id,
+                                      const TaskDescription& facts) const override;
   std::optional<std::string> take_facts(const Turn& turn, const ContentHash& task_id,
                                         const TaskDescription& facts) override;
   void take_signals(const TaskSignals& signals) override;

@@ -1,6 +1,8 @@
 // A study that is learnt for a time: how long it has been, and its end.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "common/base/check.h"
 #include "learner/core/learner_core.h"
 
@@ -15,9 +17,11 @@ std::optional<TimePoint> LearnerCore::time_end() const {
 /// Notes how long it has been, for the journal: now and then, so that a crash costs little of what
 /// has been counted, and when the time is up.
 void LearnerCore::read_clock(const Turn& turn) {
-  // A run is stopped in its new layer, as where a journal is folded.
-  if (!time_end() || !at_switch_.empty()) return;
-  const LearningTime time{learnt_before_ + (turn.now - *at_work_since_)};
+  if (!time_end()) return;
+  LearningTime time{learnt_before_ + (turn.now - *at_work_since_)};
+  // A run is stopped in its new layer, as where a journal is folded: until then time is not up.
+  const Duration before_the_end = *study_.stop_after - Duration(1);
+  if (!at_switch_.empty()) time.elapsed = std::min(time.elapsed, before_the_end);
   if (time == learnt_) return;
   turn.effects.emplace_back(AppendTime{time});
   pass_time(turn, time);

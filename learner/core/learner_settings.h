@@ -28,7 +28,7 @@ struct LearnerSettings {
   /// Accepted results that may wait for JournalSynced; past it nothing is accepted or given out.
   std::int64_t unsynced_results_max = protocol::kUnsyncedResultsMax;
   /// May be empty; else called with a run and the number of each of its results, once it is applied
-  /// and before the next one is.
+  /// and before the next one is; before the switch where it ends a layer.
   std::function<void(const Run&, int)> on_applied = {};
 };
 

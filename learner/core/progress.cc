@@ -131,8 +131,8 @@ protocol::LearnerStatus LearnerCore::status(TimePoint now) const {
   status.host = host_;
   status.pid = pid_;
   status.study = study_.name;
-  status.waiting_for =
-      cut_text(why_waiting(study_, task_ids_, workforce_, now), protocol::kStringBytesMax);
+  status.waiting_for = cut_text(why_waiting(study_, task_ids_, workforce_, at_switch_.size(), now),
+                                protocol::kStringBytesMax);
   status.elapsed_s = to_seconds(now - started_at_);
   status.num_runs = static_cast<std::int32_t>(runs_.size());
   status.num_runs_done = num_done_;

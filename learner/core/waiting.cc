@@ -12,7 +12,7 @@ constexpr Duration kPatience = std::chrono::seconds(3);
 }  // namespace
 
 std::string why_waiting(const Study& study, const std::vector<ContentHash>& task_ids,
-                        const Workforce& workforce, TimePoint now) {
+                        const Workforce& workforce, std::size_t num_at_switch, TimePoint now) {
   const Ledger& ledger = workforce.ledger();
   const std::map<protocol::WorkerId, WorkerEntry>& workers = workforce.workers().all();
   const Duration silence = now - workforce.last_progress();
@@ -58,6 +58,9 @@ std::string why_waiting(const Study& study, const std::vector<ContentHash>& task
     if (const auto reason = workforce.refused_by_all(ledger.find(key)->question.policy_id)) {
       return fmt::format("the workers refuse the policy of run {}: {}", key.run, *reason);
     }
+  }
+  if (num_at_switch > 0) {
+    return fmt::format("the starts of the next layers of {} runs are computed", num_at_switch);
   }
   if (ledger.num_leased() > 0) {
     if (silence < workforce.patience()) return "";

@@ -29,10 +29,9 @@ constexpr Duration kPutOutPause = std::chrono::milliseconds(100);
 }  // namespace
 
 bool WorkerEntry::is_new_witness(const Question& question) const {
-  if (question.answered_by.empty()) return true;
-  const KnownWorker me = as_known();
-  return std::ranges::none_of(question.answered_by,
-                              [&](const KnownWorker& one) { return are_one_witness(one, me); });
+  return std::ranges::none_of(question.answered_by, [this](const KnownWorker& one) {
+    return are_one_witness(one.worker_id, one.host, id, host);
+  });
 }
 
 KnownWorker WorkerEntry::as_known() const {

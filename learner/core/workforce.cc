@@ -213,7 +213,7 @@ void Workforce::on(const Turn& turn, const protocol::WorkerStatus& status) {
   if (!worker) return;
   const bool is_new = worker->num_evaluators == 0;
   const bool starts_draining = status.draining && !worker->draining;
-  worker->host = status.host;
+  worker->host = cut_text(status.host, protocol::kHostNameBytesMax);
   worker->pid = status.pid;
   worker->numeric_class = cut_text(status.numeric_class, protocol::kNumericClassBytesMax);
   worker->num_evaluators = status.num_evaluators;

@@ -36,8 +36,11 @@ class Client {
   virtual bool is_rechecked(protocol::RolloutKey key) const = 0;
   /// Takes the answer to an open question, which is closed; may ask the next ones.
   virtual void take(const Turn& turn, const AcceptedResult& result, int numeric_class) = 0;
-  /// A worker has described a task, or most of them describe it otherwise now; nothing has been
-  /// answered yet. @return why the client cannot use it so
+  /// Why the client cannot use a task of this description, if it cannot.
+  virtual std::optional<std::string> fault_of(const ContentHash& task_id,
+                                              const TaskDescription& facts) const = 0;
+  /// A worker has described a task, or most of them describe it otherwise now, or the first
+  /// names its signals. @return fault_of() it
   virtual std::optional<std::string> take_facts(const Turn& turn, const ContentHash& task_id,
                                                 const TaskDescription& facts) = 0;
   /// From now on these are the names of the task's signals: the journal holds them.

@@ -125,8 +125,10 @@ void Workforce::take_description(const Turn& turn, WorkerEntry& worker, const Co
     take_late_names(turn, task, said);
   }
   const TaskDescription* known = facts_of(task);
-  if (!known) return;  // none can be used: said
-  const std::optional<std::string> difference = disagreement(*known, said);
+  std::optional<std::string> difference = known ? disagreement(*known, said) : std::nullopt;
+  // What is known may name none, which agrees with all; the client's policy may have names.
+  if (!difference) difference = client_.fault_of(task, said);
+  if (!difference && !known) return;
   difference ? refuse(turn, worker, task, *difference) : void(worker.refused.erase(task));
 }
 
@@ -135,16 +137,21 @@ void Workforce::take_description(const Turn& turn, WorkerEntry& worker, const Co
 void Workforce::elect_description(const Turn& turn, const ContentHash& task) {
   const TaskDescription* now = facts_of(task);
   const auto now_said = now ? account_of(*now) : TaskAccounts::Account{};
-  auto chosen = accounts_.most_say(task, now_said);
   const auto noted = noted_signals_.find(task);
-  if (noted != noted_signals_.end()) chosen.names = noted->second;
-  if (chosen == now_said) return;
-  const TaskDescription facts = description_of(chosen);
-  if (const std::optional<std::string> why = client_.take_facts(turn, task, facts)) {
-    for (const protocol::WorkerId id : accounts_.drop(task, chosen)) {
+  TaskDescription facts;
+  for (bool is_usable = false; !is_usable;) {
+    const auto elected = accounts_.most_say(task, now_said);
+    if (elected == now_said) return;
+    auto chosen = elected;
+    if (noted != noted_signals_.end()) chosen.names = noted->second;
+    if (chosen == now_said) return;
+    facts = description_of(chosen);
+    const std::optional<std::string> why = client_.take_facts(turn, task, facts);
+    is_usable = !why;
+    if (is_usable) break;
+    for (const protocol::WorkerId id : accounts_.drop(task, elected)) {
       if (WorkerEntry* worker = workers_.find(id)) refuse(turn, *worker, task, *why);
     }
-    return elect_description(turn, task);
   }
   if (const auto changed = now ? disagreement(*now, facts) : std::nullopt) {
     turn.warn(
@@ -163,12 +170,13 @@ void Workforce::elect_description(const Turn& turn, const ContentHash& task) {
 }
 
 /// Workers of an earlier version name no signals. The first that does once answers are in is
-/// believed: names decide no bit.
+/// believed.
 void Workforce::take_late_names(const Turn& turn, const ContentHash& task,
                                 const TaskDescription& said) {
   TaskDescription& known = facts_.at(task);
   const bool has_news = known.signals.empty() && !said.signals.empty();
   if (!has_news || noted_signals_.contains(task) || disagreement(known, said)) return;
+  if (client_.fault_of(task, said)) return;  // its worker's trouble
   if (!client_.take_facts(turn, task, said)) known.signals = said.signals;
 }
 

@@ -37,7 +37,8 @@ class CmaEsRule final : public PopulationRule {
     }
   }
 
-  bool is_trial() const override { return scales_.has_value(); }
+  /// Where nothing earns anything further ones follow: that has converged as anything else has.
+  bool is_trial() const override { return scales_ && is_first_generation(); }
   Eigen::VectorXd next_normal_numbers(RandomStream stream) override {
     if (cautious_ && !std::exchange(has_drawn_mean_, true)) {
       return Eigen::VectorXd::Zero(distribution().mean.size());

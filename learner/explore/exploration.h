@@ -52,7 +52,7 @@ class Exploration {
   /// Precondition: the reward is finite and not negative.
   void tell(int rollout, const Outcome& outcome);
   /// The same in two steps, since the start of a layer may take seconds: where the result ends a
-  /// layer, make_switch() comes before anything else is told, asked for or stopped.
+  /// layer, make_switch() comes before anything else is told, and before stop().
   void tell_but_switch(int rollout, const Outcome& outcome);
   bool is_at_switch() const { return leaves_after_.has_value(); }
   /// Precondition: is_at_switch().

@@ -39,6 +39,10 @@ class PopulationRule : public UpdateRule {
   Eigen::VectorXd carried_theta() const final;
   Inheritance inheritance(const LayerPassage& passage) const final;
 
+ protected:
+  /// Whether the result that is told now is one of it.
+  bool is_first_generation() const { return num_results_ < settings_.population; }
+
  private:
   /// The distribution after a generation.
   /// @param generation  lambda members, by number; some reward is above 0

@@ -43,6 +43,8 @@ std::vector<JournalRecord> Refold::next(const NumberedRecord& numbered, TimePoin
     add_worker(worker->worker_id, now, records);
     return records;
   }
+  // Who named them may be left out. The workers of who goes on name them again.
+  if (std::holds_alternative<TaskSignals>(numbered.record)) return records;
   const auto* result = std::get_if<AcceptedResult>(&numbered.record);
   if (!result) {
     // Time that was spent on what is lost does not count: it is to be learnt again.

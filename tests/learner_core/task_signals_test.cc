@@ -166,6 +166,49 @@ TEST_F(TaskSignalsTest, NamesOfTheJournalStay) {
   }
 }
 
+TEST_F(TaskSignalsTest, WithNamesOfTheJournalAWrongDescriptionIsItsWorkersTrouble) {
+  Cluster after(small_study(20, 1), /*knows_task=*/false);
+  after.start();
+  after.tell(SignalsRecovered{{kTaskId, kNames}});
+  after.add_worker(1).description =
+      report_text({.input_dim = 2, .output_dim = 1, .time_limit_s = 10, .signals = {}});
+  after.add_worker(2).description = report_text(
+      {.input_dim = 2, .output_dim = 1, .time_limit_s = 10, .signals = {{"a", "b"}, {"c"}}});
+  after.run(seconds(5));
+  EXPECT_EQ(after.core->outcome(), LearnerCore::Outcome::kRunning);
+  EXPECT_THAT(after.log, Contains(Field(&LogLine::text, HasSubstr("the task takes 2 inputs"))));
+  after.add_worker(3).description = naming(kNames);
+  after.run(seconds(1000));
+  EXPECT_EQ(after.core->outcome(), LearnerCore::Outcome::kDone);
+  for (const AcceptedResult& result : after.journal) EXPECT_EQ(result.worker_id, 3);
+}
+
+/// Before the first answer, and after it.
+TEST_F(TaskSignalsTest, BesideAWorkerThatNamesNoneNamesMustStillBeThoseOfThePolicy) {
+  for (const bool late : {false, true}) {
+    Study study = small_study(20, 6);
+    study.conditions[0].signals = kNames;
+    Cluster cluster(study, /*knows_task=*/false);
+    cluster.add_worker(1, milliseconds(300)).description = naming({});
+    const auto add_other = [&] { cluster.add_worker(2).description = naming(kOtherNames); };
+    if (!late) add_other();
+    cluster.start();
+    cluster.run(seconds(2));
+    ASSERT_FALSE(cluster.journal.empty());
+    if (late) add_other();
+    cluster.run(seconds(1000));
+    EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+    EXPECT_THAT(cluster.log,
+                Contains(Field(&LogLine::text, HasSubstr("outputs are torque_nm, those of the "
+                                                         "policy are force_n"))));
+    // One that has work before it has said what it names answers that.
+    const auto of_other = std::ranges::count(cluster.journal, 2, &AcceptedResult::worker_id);
+    if (!late) {
+      EXPECT_EQ(of_other, 0);
+    }
+  }
+}
+
 TEST_F(TaskSignalsTest, AJournalThatNamesOthersIsRefused) {
   const auto failure_of = [](const TaskSignals& signals) {
     LearnerCore core(small_study(20, 1), LearnerSettings{});

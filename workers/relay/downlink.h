@@ -84,9 +84,13 @@ class Downlink : private learner::Client {
   /// Who asks does it.
   bool is_rechecked(protocol::RolloutKey) const override { return false; }
   void take(const learner::Turn& turn, const AcceptedResult& result, int numeric_class) override;
+  /// Workers below find out what does not go together.
+  std::optional<std::string> fault_of(const ContentHash&, const TaskDescription&) const override {
+    return std::nullopt;
+  }
   std::optional<std::string> take_facts(const learner::Turn& turn, const ContentHash& task_id,
                                         const TaskDescription& facts) override;
-  /// Its learner asks for them itself.
+  /// Its learner gets them with the description.
   void take_signals(const TaskSignals&) override {}
   void add_task(const learner::Turn& turn, const ContentHash& id, const std::string& content);
   void look_for_refusals();
