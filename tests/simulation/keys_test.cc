@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 
+#include "common/protocol/timings.h"
 #include "tests/simulation/seeds_run.h"
 
 namespace treeroll::simulation {
@@ -35,7 +36,8 @@ TEST(CalmKeysTest, NothingIsIssuedAgainOrSimulatedTwice) {
   });
 }
 
-/// Strangers cost at most half the time more, and none of the result.
+/// Strangers cost at most half the time more, and none of the result. A study of 20 ms is as long
+/// as the dice have its few answers wait: two of them may wait once more.
 TEST(CalmKeysTest, StrangersCostAtMostHalfTheTimeMore) {
   for (const std::uint64_t seed : seeds(100)) {
     Scenario scenario = calm_scenario(seed);
@@ -46,7 +48,9 @@ TEST(CalmKeysTest, StrangersCostAtMostHalfTheTimeMore) {
     Simulation crowded(scenario);
     crowded.run();
     EXPECT_FALSE(crowded.observer().broken()) << crowded.observer().violation();
-    EXPECT_LE(to_seconds(crowded.end() - TimePoint{}), 1.5 * to_seconds(calm.end() - TimePoint{}))
+    const Duration dice = 2 * protocol::kAnswerDelayMax;
+    EXPECT_LE(to_seconds(crowded.end() - TimePoint{}),
+              1.5 * to_seconds(calm.end() - TimePoint{}) + to_seconds(dice))
         << repeat_command(seed, "CalmKeysTest.*");
   }
 }
