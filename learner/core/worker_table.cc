@@ -177,10 +177,17 @@ void WorkerTable::make_room_among_those_that_left() {
   }));
 }
 
-void WorkerTable::forget_refusals(TimePoint now) {
+std::set<ContentHash> WorkerTable::forget_refusals(TimePoint now) {
+  std::set<ContentHash> to_ask;
   for (auto& [id, worker] : workers_) {
+    for (auto& [definition, refusal] : worker.refused) {
+      if (now < refusal.until || !refusal.by_description) continue;
+      refusal.until = now + kRefusalLasts;
+      to_ask.insert(definition);
+    }
     std::erase_if(worker.refused, [now](const auto& entry) { return entry.second.until <= now; });
   }
+  return to_ask;
 }
 
 std::vector<const WorkerEntry*> WorkerTable::trust_again(TimePoint now) {

@@ -5,6 +5,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,9 @@
 #include "learner/core/run_record.h"
 
 namespace treeroll::learner {
+
+/// A worker that has refused a definition is asked again after this: the reason may have passed.
+inline constexpr Duration kRefusalLasts = std::chrono::seconds(60);
 
 /// What the learner knows of one worker.
 struct WorkerEntry {
@@ -56,6 +60,9 @@ struct WorkerEntry {
   struct Refusal {
     std::string reason;
     TimePoint until;  ///< it is asked again after this
+    /// It describes the task otherwise than the learner has it: no answer shows the contrary, only
+    /// another description.
+    bool by_description = false;
   };
   std::map<ContentHash, Refusal> refused;  ///< by definition
   /// From issue to answer, running median; nothing before the first answer.
@@ -124,7 +131,9 @@ class WorkerTable {
   /// When to call remove_silent() next: no worker counts as silent before.
   std::optional<TimePoint> next_look() const { return look_at_; }
 
-  void forget_refusals(TimePoint now);
+  /// @return  tasks that workers describe otherwise, due to be asked for again: that is not
+  /// forgotten
+  std::set<ContentHash> forget_refusals(TimePoint now);
   /// Those whose time is up. @return who they are
   std::vector<const WorkerEntry*> trust_again(TimePoint now);
 

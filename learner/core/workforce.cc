@@ -74,7 +74,9 @@ void Workforce::look_after_leases(const Turn& turn) {
 }
 
 void Workforce::remind(const Turn& turn) {
-  workers_.forget_refusals(turn.now);
+  for (const ContentHash& task : workers_.forget_refusals(turn.now)) {
+    definitions_.publish(task_name(task), turn.now);
+  }
   for (const WorkerEntry* worker : workers_.trust_again(turn.now)) {
     turn.inform("workers trusted again", fmt::format("{} is trusted again", describe(*worker)));
   }

@@ -200,6 +200,8 @@ class Workforce {
                              const protocol::HeldRollouts& held);
   void take_description(const Turn& turn, WorkerEntry& worker, const ContentHash& task,
                         const TaskDescription& said);
+  void refuse_description(const Turn& turn, WorkerEntry& worker, const ContentHash& task,
+                          const std::string& why);
   void elect_description(const Turn& turn, const ContentHash& task);
   void take_late_names(const Turn& turn, const ContentHash& task, const TaskDescription& said);
   void note_signals(const Turn& turn, const ContentHash& task);

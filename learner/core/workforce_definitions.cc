@@ -10,13 +10,6 @@
 #include "learner/core/workforce.h"
 
 namespace treeroll::learner {
-namespace {
-
-/// A worker that has refused a definition is asked again after this: the reason may have passed.
-constexpr Duration kRefusalLasts = std::chrono::seconds(60);
-
-}  // namespace
-
 ContentHash Workforce::add_task(const std::string& content) {
   const ContentHash id = definitions_.add(protocol::DefinitionKind::kTask, content);
   task_ids_.push_back(id);
@@ -77,8 +70,10 @@ void Workforce::on(const Turn& turn, const protocol::DefinitionReport& report) {
   // Who has not answered a greeting may be anybody: it is asked again once it has.
   if (!worker->hearing.hears()) return;
   if (!report.accepted) return refuse(turn, *worker, report.definition_id, report.text);
-  worker->refused.erase(report.definition_id);
-  if (!is_task) return;
+  if (!is_task) {
+    worker->refused.erase(report.definition_id);
+    return;
+  }
   Result<TaskDescription> facts = task_description_from_json(report.text);
   // Its own description makes no sense: another worker's may.
   if (!facts) return refuse(turn, *worker, report.definition_id, facts.error().message);
@@ -89,13 +84,14 @@ void Workforce::refuse(const Turn& turn, WorkerEntry& worker, const ContentHash&
                        const std::string& reason) {
   const bool is_new = !worker.refused.contains(definition);
   if (is_new && worker.refuses_too_much()) return;
-  worker.refused[definition] = {cut_text(reason, protocol::kReasonBytesMax),
-                                turn.now + kRefusalLasts};
+  WorkerEntry::Refusal& refusal = worker.refused[definition];
+  refusal.reason = cut_text(reason, protocol::kReasonBytesMax);
+  refusal.until = turn.now + kRefusalLasts;
   if (!is_new) return;
-  turn.warn("definitions refused",
-            fmt::format("{} refuses the {}: {}", describe(worker),
-                        definitions_.find(task_name(definition)) ? "task" : "policy",
-                        worker.refused[definition].reason));
+  turn.warn(
+      "definitions refused",
+      fmt::format("{} refuses the {}: {}", describe(worker),
+                  definitions_.find(task_name(definition)) ? "task" : "policy", refusal.reason));
   const std::set<protocol::RolloutKey> leases = ledger_.leases_of(worker.id);
   for (const protocol::RolloutKey key : leases) {
     const Ledger::Entry& entry = *ledger_.find(key);

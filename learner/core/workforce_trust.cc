@@ -95,7 +95,12 @@ void Workforce::clear_of_suspicion(const Turn& turn, WorkerEntry& worker,
 
 /// @return whether it has refused what it needs for this
 bool Workforce::forget_refusals_of(WorkerEntry& worker, const Question& question) {
-  return worker.refused.erase(question.task_id) + worker.refused.erase(question.policy_id) > 0;
+  return std::erase_if(worker.refused, [&question](const auto& entry) {
+           const auto& [definition, refusal] = entry;
+           const bool is_needed =
+               definition == question.task_id || definition == question.policy_id;
+           return is_needed && !refusal.by_description;
+         }) > 0;
 }
 
 /// Who works with a definition has not refused it: somebody did in its name.
@@ -128,8 +133,20 @@ void Workforce::take_description(const Turn& turn, WorkerEntry& worker, const Co
   std::optional<std::string> difference = known ? disagreement(*known, said) : std::nullopt;
   // What is known may name none, which agrees with all; the client's policy may have names.
   if (!difference) difference = client_.fault_of(task, said);
-  if (!difference && !known) return;
-  difference ? refuse(turn, worker, task, *difference) : void(worker.refused.erase(task));
+  difference ? refuse_description(turn, worker, task, *difference)
+             : void(worker.refused.erase(task));
+}
+
+/// Anybody may have said it in its name: it is asked at once what it says itself.
+void Workforce::refuse_description(const Turn& turn, WorkerEntry& worker, const ContentHash& task,
+                                   const std::string& why) {
+  const auto before = worker.refused.find(task);
+  const bool is_new = before == worker.refused.end() || !before->second.by_description;
+  refuse(turn, worker, task, why);
+  const auto refused = worker.refused.find(task);
+  if (refused == worker.refused.end()) return;  // it refuses too much
+  refused->second.by_description = true;
+  if (is_new && !worker.is_known) definitions_.publish(task_name(task), turn.now);
 }
 
 /// What most workers say a task is; who was first where as many say otherwise. Names that the
@@ -150,7 +167,7 @@ void Workforce::elect_description(const Turn& turn, const ContentHash& task) {
     is_usable = !why;
     if (is_usable) break;
     for (const protocol::WorkerId id : accounts_.drop(task, elected)) {
-      if (WorkerEntry* worker = workers_.find(id)) refuse(turn, *worker, task, *why);
+      if (WorkerEntry* worker = workers_.find(id)) refuse_description(turn, *worker, task, *why);
     }
   }
   if (const auto changed = now ? disagreement(*now, facts) : std::nullopt) {
@@ -164,7 +181,8 @@ void Workforce::elect_description(const Turn& turn, const ContentHash& task) {
     for (const protocol::WorkerId id : workers) {
       WorkerEntry* worker = workers_.find(id);
       if (!worker) continue;
-      difference ? refuse(turn, *worker, task, *difference) : void(worker->refused.erase(task));
+      difference ? refuse_description(turn, *worker, task, *difference)
+                 : void(worker->refused.erase(task));
     }
   }
 }

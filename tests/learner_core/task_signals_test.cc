@@ -203,9 +203,7 @@ TEST_F(TaskSignalsTest, BesideAWorkerThatNamesNoneNamesMustStillBeThoseOfThePoli
                                                          "policy are force_n"))));
     // One that has work before it has said what it names answers that.
     const auto of_other = std::ranges::count(cluster.journal, 2, &AcceptedResult::worker_id);
-    if (!late) {
-      EXPECT_EQ(of_other, 0);
-    }
+    EXPECT_LE(of_other, late ? 4 : 0);
   }
 }
 
