@@ -44,7 +44,7 @@ struct TaskDescription {
 
 /// An object with the names of TaskDescription's members, `repeatable` only where it is false and
 /// `version` only if there is one: what the content of a resolved task holds. Signals are not in
-/// it: names decide nothing.
+/// it: names are no part of what a task is.
 nlohmann::json to_json(const TaskDescription& description);
 /// The same with `inputs` and `outputs`, lists of names, if there are any: what --describe-task
 /// prints and a study keeps.
