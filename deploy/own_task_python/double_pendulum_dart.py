@@ -1,5 +1,5 @@
 """The swing-up of the double pendulum on a cart (thesis, appendix B) in DART instead of ODE: the same
-settings, cost and reward as the task `swing_up`. Needs python3-dartpy.
+settings, cost and reward as the task `swing_up`. Needs python3-dartpy and python3-numpy.
 
 DART steps to first order, and less exactly than ODE: at 0.1 ms its rewards differ by about .01 from those
 of the equations of motion, at 1 ms by up to .07 (ODE at 1 ms: .006)."""

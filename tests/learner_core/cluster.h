@@ -127,6 +127,7 @@ class Cluster {
   std::vector<std::unique_ptr<FakeWorker>> workers;
   TimePoint now{};
   double loss = 0;                         ///< of each message to each receiver
+  Duration timer_delay{0};                 ///< a busy learner's timers fire so late
   std::string description = kDescription;  ///< by the workers, of every task
   std::vector<LogLine> log;
   std::vector<KnownWorker> notes;
@@ -140,7 +141,7 @@ class Cluster {
   /// To the next event: the learner's deadline, a heartbeat or the end of an evaluation. False,
   /// and nothing happens, if that is after `end`.
   bool advance(TimePoint end) {
-    TimePoint next = core->next_deadline();
+    TimePoint next = core->next_deadline() + timer_delay;
     std::size_t who = workers.size();
     bool heartbeat = false;
     for (std::size_t i = 0; i < workers.size(); ++i) {
