@@ -69,6 +69,7 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
       entry.trusted_again = left->second.trusted_again;
       entry.num_distrusts = left->second.num_distrusts;
       entry.asked = left->second.asked;
+      entry.refused = left->second.refused;
       left_.erase(left);
     }
     newcomers_.push_back(id);
@@ -160,7 +161,8 @@ std::vector<WorkerEntry> WorkerTable::remove_silent(TimePoint now) {
     silent.push_back(worker->second);
     worker->second.joined = false;
     make_room_among_those_that_left();
-    worker->second.refused.clear();
+    std::erase_if(worker->second.refused,
+                  [](const auto& entry) { return !entry.second.by_description; });
     left_.insert_or_assign(worker->first, std::move(worker->second));
     worker = forget(worker);
   }

@@ -65,6 +65,7 @@ struct WorkerEntry {
     bool by_description = false;
   };
   std::map<ContentHash, Refusal> refused;  ///< by definition
+  std::set<ContentHash> described;         ///< tasks of which it has said what they are
   /// From issue to answer, running median; nothing before the first answer.
   std::optional<double> answer_time_s;
   ResultsRead results_read;
@@ -76,6 +77,11 @@ struct WorkerEntry {
   /// It has refused neither.
   bool knows(const ContentHash& task, const ContentHash& policy) const {
     return !refused.contains(task) && !refused.contains(policy);
+  }
+  /// Its rewards may be those of another task.
+  bool describes_otherwise(const ContentHash& task) const {
+    const auto refusal = refused.find(task);
+    return refusal != refused.end() && refusal->second.by_description;
   }
   /// And has not answered it already.
   bool may_have(const Question& question) const {

@@ -200,6 +200,7 @@ class Workforce {
                              const protocol::HeldRollouts& held);
   void take_description(const Turn& turn, WorkerEntry& worker, const ContentHash& task,
                         const TaskDescription& said);
+  void ask_for_description(const Turn& turn, const WorkerEntry& worker, const ContentHash& task);
   void refuse_description(const Turn& turn, WorkerEntry& worker, const ContentHash& task,
                           const std::string& why);
   void elect_description(const Turn& turn, const ContentHash& task);

@@ -86,6 +86,15 @@ bool Workforce::accept(const Turn& turn, WorkerEntry& worker, const protocol::Ro
     return compare_with_taken(turn, worker, result, *facts);
   }
   if (!open->was_asked(worker.id)) return note_unasked(turn, worker);
+  if (accounts_.has(*task_id) && !worker.described.contains(*task_id)) {
+    ask_for_description(turn, worker, *task_id);
+    return false;  // read once it has said
+  }
+  if (worker.describes_otherwise(*task_id)) {
+    ++ledger_.counters.rejected;
+    if (open->lease_of(worker.id)) ledger_.take_back(key, worker.id);
+    return true;
+  }
   const Outcome& outcome = result.outcome;
   if (outcome.is_ok() && !facts->is_in_range(outcome.reward()))
     return suspect(turn, worker, result, index, *facts);

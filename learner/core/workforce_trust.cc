@@ -121,6 +121,7 @@ void Workforce::forget_false_refusals(const Turn& turn, WorkerEntry& worker,
 
 void Workforce::take_description(const Turn& turn, WorkerEntry& worker, const ContentHash& task,
                                  const TaskDescription& said) {
+  worker.described.insert(task);
   const bool is_known_beforehand = facts_.contains(task) && !accounts_.has(task);
   const bool has_answers = task_times_s_.contains(task);
   if (!is_known_beforehand && !has_answers) {
@@ -135,6 +136,15 @@ void Workforce::take_description(const Turn& turn, WorkerEntry& worker, const Co
   if (!difference) difference = client_.fault_of(task, said);
   difference ? refuse_description(turn, worker, task, *difference)
              : void(worker.refused.erase(task));
+}
+
+/// Its word was lost, or it has had the task from another learner.
+void Workforce::ask_for_description(const Turn& turn, const WorkerEntry& worker,
+                                    const ContentHash& task) {
+  definitions_.publish(task_name(task), turn.now);
+  turn.inform("descriptions of tasks",
+              fmt::format("{} answers before it has said what its task is: its answers wait",
+                          describe(worker)));
 }
 
 /// Anybody may have said it in its name: it is asked at once what it says itself.

@@ -95,6 +95,9 @@ class Cluster {
     next_heartbeat.erase(next_heartbeat.begin() + static_cast<std::ptrdiff_t>(place));
   }
 
+  /// Neither is anything heard of it for so long, nor does it hear.
+  void silence(protocol::WorkerId id, Duration lasts) { silent_until_[id] = now + lasts; }
+
   void start() { step(Started{}); }
   /// @param times  by how many results stand before
   void recover(const std::vector<AcceptedResult>& results,
@@ -165,13 +168,18 @@ class Cluster {
       step(TimerFired{});
     } else if (heartbeat) {
       next_heartbeat[who] = now + std::chrono::milliseconds(100);
-      to_learner(workers[who]->status(kLearner));
+      if (!is_silent(*workers[who])) to_learner(workers[who]->status(kLearner));
     } else {
-      to_learner(workers[who]->finish(kLearner, now));
+      const protocol::Message batch = workers[who]->finish(kLearner, now);
+      if (!is_silent(*workers[who])) to_learner(batch);
     }
     return true;
   }
 
+  bool is_silent(const FakeWorker& worker) const {
+    const auto until = silent_until_.find(worker.id());
+    return until != silent_until_.end() && now < until->second;
+  }
   bool arrives() { return loss == 0 || fate_.next_uniform() >= loss; }
 
   void to_learner(const protocol::Message& message) {
@@ -202,7 +210,7 @@ class Cluster {
     for (const protocol::Message& message : messages_in(effects)) {
       sent.push_back(message);
       for (const auto& worker : workers) {
-        if (!arrives()) continue;
+        if (!arrives() || is_silent(*worker)) continue;
         for (const protocol::Message& reply : worker->receive(message, now))
           replies_.push_back(reply);
       }
@@ -216,6 +224,7 @@ class Cluster {
 
   bool recovers_ = true;
   std::vector<TimePoint> next_heartbeat;
+  std::map<protocol::WorkerId, TimePoint> silent_until_;
   std::vector<protocol::Message> replies_;
   RandomStream fate_{99, 0, 0, RandomPurpose::kPerturbation};
 };

@@ -76,7 +76,8 @@ class FakeWorker {
         for (const protocol::DefinitionName& name :
              {protocol::DefinitionName{protocol::DefinitionKind::kTask, request.task_id},
               protocol::DefinitionName{protocol::DefinitionKind::kPolicy, request.policy_id}}) {
-          if (!known_.contains(name)) missing.definitions.push_back({name, {}});
+          if (!has_all_definitions && !known_.contains(name))
+            missing.definitions.push_back({name, {}});
         }
         const bool is_new = std::none_of(held_.begin(), held_.end(),
                                          [&](const auto& held) { return held.key == request.key; });
@@ -89,6 +90,7 @@ class FakeWorker {
     return replies;
   }
 
+  protocol::WorkerId id() const { return id_; }
   bool has_work() const { return !held_.empty(); }
   TimePoint busy_until() const { return busy_until_; }
 
@@ -121,6 +123,7 @@ class FakeWorker {
   std::string reason;
   int discards_one_in = 0;  ///< of so many trials, by their seed; 0: none
   bool draining = false;
+  bool has_all_definitions = false;  ///< from another learner: it asks for none
   int num_evaluators = 1;
   int num_requests = 0;
   int num_evaluated = 0;

@@ -248,6 +248,56 @@ TEST(StrangersTest, ATaskIsDescribedInSoManyWaysAndNoMore) {
   EXPECT_LT(cluster.core->workforce().facts_of(task)->reward_max, 2 + most);
 }
 
+int num_answered_by(const Cluster& cluster, protocol::WorkerId id) {
+  return static_cast<int>(std::ranges::count(cluster.journal, id, &AcceptedResult::worker_id));
+}
+
+/// It is asked for roll-outs before it has said what their task is, and works on them meanwhile.
+TEST(StrangersTest, NothingIsLearntFromALateComerThatDescribesTheTaskOtherwise) {
+  for (const bool has_all_definitions : {false, true}) {
+    Cluster cluster(small_study(60, 2, 4), /*knows_task=*/false);
+    cluster.add_worker(1);
+    cluster.start();
+    cluster.run(milliseconds(300));
+    ASSERT_GT(cluster.journal.size(), 2U);
+    FakeWorker& other = cluster.add_worker(kStranger, milliseconds(1));
+    other.description = description(1, 7);
+    other.has_all_definitions = has_all_definitions;
+    other.reward_factor = .5;
+    cluster.run(seconds(100));
+    ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+    EXPECT_GT(other.num_evaluated, 0);
+    EXPECT_EQ(num_answered_by(cluster, kStranger), 0);
+    EXPECT_EQ(all_rewards(*cluster.core), calm(small_study(60, 2, 4), 1).rewards);
+  }
+}
+
+/// Its word on the task is lost, or it has had the task from an earlier learner.
+TEST(StrangersTest, WhoAnswersBeforeItHasDescribedTheTaskIsAskedWhatItIs) {
+  Cluster cluster(small_study(60, 2, 4), /*knows_task=*/false);
+  cluster.add_worker(1, milliseconds(200));
+  cluster.start();
+  cluster.run(seconds(1));
+  cluster.add_worker(2, milliseconds(1)).has_all_definitions = true;
+  cluster.run(seconds(100));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_GT(num_answered_by(cluster, 2), 50);
+}
+
+TEST(StrangersTest, SilenceDoesNotLetInWhoDescribesTheTaskOtherwise) {
+  Cluster cluster(small_study(200, 2, 4), /*knows_task=*/false);
+  cluster.add_worker(1, milliseconds(100));
+  cluster.add_worker(2, milliseconds(100));
+  FakeWorker& other = cluster.add_worker(kStranger, milliseconds(1));
+  other.description = description(1, 7);
+  cluster.start();
+  cluster.run(seconds(2));
+  cluster.silence(kStranger, seconds(5));
+  cluster.run(seconds(100));
+  ASSERT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
+  EXPECT_EQ(other.num_evaluated, 0);
+}
+
 /// Runs, and says in worker 1's name that it refuses the task, once so many answers are in.
 void refuse_in_its_name(Cluster& cluster, Duration limit, int num_applied) {
   bool has_spoken = false;
