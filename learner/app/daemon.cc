@@ -150,7 +150,10 @@ void LearnerDaemon::begin_journal(const JournalTail& tail, const StateFiles& fil
 }
 
 void LearnerDaemon::stop(int signal) {
-  if (is_stopping_) return loop_.stop();
+  if (is_stopping_) {
+    step(learner::StopRequested{});
+    return loop_.stop();
+  }
   spdlog::warn("{}: waits for the roll-outs under way; once more ends at once", strsignal(signal));
   is_stopping_ = true;
   manager_.say_stopping();

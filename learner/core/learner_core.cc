@@ -199,7 +199,7 @@ void LearnerCore::on(const Turn& turn, const JournalSynced&) {
 }
 
 void LearnerCore::on(const Turn& turn, const StopRequested&) {
-  stop_at_ = turn.now + kStopGrace;
+  stop_at_ = stop_at_ ? turn.now : turn.now + kStopGrace;
   workforce_.give_out_no_more();
   finish_if_learnt(turn);  // perhaps only second answers were waited for
   finish_if_stopped(turn);
@@ -218,6 +218,8 @@ void LearnerCore::fail(std::string why) {
 void LearnerCore::finish_if_stopped(const Turn& turn) {
   if (!stop_at_ || outcome_ != Outcome::kRunning) return;
   if (ledger().num_leased() > 0 && turn.now < *stop_at_) return;
+  // The results are those of the journal: who folds it makes each switch at once.
+  while (!at_switch_.empty()) make_next_switch(turn);
   read_clock(turn);
   publish_last_words(turn);
   end(Outcome::kStopped);

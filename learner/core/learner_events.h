@@ -60,7 +60,7 @@ struct TimerFired {};
 struct SyncBegun {};
 /// What had been accepted before the last SyncBegun is on stable storage.
 struct JournalSynced {};
-/// No more roll-outs; the outcome follows once those under way are in.
+/// No more roll-outs; the outcome follows once those under way are in. Asked again: at once.
 struct StopRequested {};
 
 using Event = std::variant<Started, ResultRecovered, SecondRecovered, WorkerRecovered,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "tests/learner_core/cluster.h"
 
@@ -112,6 +113,31 @@ TEST_P(SwitchesTest, AStudyIsStoppedWithItsRunsInTheirNewLayers) {
     EXPECT_EQ(told(folded.core->run_records()), told(live.core->run_records())) << ms;
   }
   EXPECT_GT(num_late_starts, 0);
+}
+
+/// Asked once it waits for what is under way, asked twice for nothing.
+TEST_P(SwitchesTest, WhatIsLeftBehindAtAStopIsWhatAFoldOfTheJournalComesTo) {
+  const auto [in_flight, in_sequence] = GetParam();
+  for (const int num_signals : {1, 2}) {
+    const Study study = switching_study(in_flight, in_sequence);
+    Cluster live(study);
+    for (const protocol::WorkerId id : {1, 2, 3}) live.add_worker(id);
+    live.timer_delay = milliseconds(15);
+    live.start();
+    std::size_t num_waiting = 0;
+    bool is_asked = false;
+    live.run(seconds(600), [&] {
+      num_waiting = std::max(num_waiting, num_at_switch(*live.core));
+      if (num_waiting < 2 || std::exchange(is_asked, true)) return;
+      for (int i = 0; i < num_signals; ++i) live.stop();
+    });
+    ASSERT_EQ(live.core->outcome(), LearnerCore::Outcome::kStopped);
+    EXPECT_EQ(num_at_switch(*live.core), 0U);
+    Cluster folded(study);
+    folded.start();
+    folded.recover(live.journal);
+    EXPECT_EQ(told(folded.core->run_records()), told(live.core->run_records())) << num_signals;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Orders, SwitchesTest,
