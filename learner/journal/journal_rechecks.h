@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
@@ -12,9 +11,9 @@
 
 namespace treeroll {
 
-/// Follows the roll-outs of a journal that were run again (study.recheck), as the workforce did,
-/// without learning anything. It holds what is open, kRechecksOpenMax at most, and counts of what
-/// is settled.
+/// Which roll-outs of a journal are run again (study.recheck) and whose answer each has, without
+/// learning anything. It holds what is open, kRechecksOpenMax at most. A fold of the core alone
+/// knows which final evaluations an extension has superseded: what has come of all is its to say.
 ///
 ///   for each record: fold.add(record);
 class RecheckFold {
@@ -23,19 +22,22 @@ class RecheckFold {
   explicit RecheckFold(const Study& study) : study_(study) {}
 
   void add(const NumberedRecord& numbered);
-  /// Who has given the result that this answer is compared with; nothing where it is compared with
-  /// none. Before the answer is added.
-  std::optional<protocol::WorkerId> first_of(const SecondAnswer& answer) const;
-  const RecheckRecord& record() const { return rechecks_.record(); }
+  /// The result that a second answer is compared with.
+  struct First {
+    protocol::WorkerId worker = 0;
+    std::int64_t content = 0;              ///< of its question
+    std::optional<std::int32_t> run_then;  ///< NumberedRecord's
+  };
+  /// Nothing where it is compared with none. Before the answer is added. Precondition: it is one.
+  std::optional<First> first_of(const NumberedRecord& second) const;
   std::size_t num_open() const { return open_.size(); }
 
  private:
   struct Open {
-    std::int64_t content = 0;
-    protocol::WorkerId first = 0;
+    First first;
     std::set<protocol::WorkerId> answered_by;
   };
-  void open(const AcceptedResult& result);
+  void open(const NumberedRecord& numbered, const AcceptedResult& result);
   learner::Opinion opinion_of(const AcceptedResult& result) const;
 
   const Study& study_;
@@ -43,9 +45,5 @@ class RecheckFold {
   std::map<protocol::WorkerId, KnownWorker> workers_;
   learner::Rechecks rechecks_;
 };
-
-/// What a journal holds of them. Throws as fold_journal() does.
-RecheckRecord rechecks_of(const std::filesystem::path& journal, const StudyInJournal& in_journal,
-                          const Study& study);
 
 }  // namespace treeroll

@@ -26,9 +26,11 @@ void Refold::read_ahead(const NumberedRecord& numbered) {
   } else if (const auto* second = std::get_if<SecondAnswer>(&numbered.record)) {
     const AcceptedResult& result = second->result;
     const bool is_of_use = !left_out_.contains(result.worker_id) && !result.outcome.is_discarded();
-    const auto first = rechecks_.first_of(*second);
-    if (is_of_use && first && left_out_.contains(*first)) {
-      second_.emplace(Question(key_then(numbered, result.key), result.content), result);
+    const auto first = rechecks_.first_of(numbered);
+    if (is_of_use && first && left_out_.contains(first->worker)) {
+      const protocol::RolloutKey key{first->run_then.value_or(result.key.run), result.key.number};
+      AcceptedResult& taking = second_.emplace(Question(key, first->content), result).first->second;
+      taking.content = first->content;  // it is to stand where the first one does
     }
   }
   rechecks_.add(numbered);

@@ -14,9 +14,9 @@
 #include "common/base/shown_reward.h"
 #include "common/files/atomic_file.h"
 #include "common/program/standard_output.h"
+#include "learner/core/learner_core.h"
 #include "learner/journal/journal_file.h"
 #include "learner/journal/journal_origins.h"
-#include "learner/journal/journal_rechecks.h"
 #include "learner/report/claims_file.h"
 #include "learner/report/report_figures.h"
 #include "learner/report/report_sections.h"
@@ -118,9 +118,13 @@ void remark_journal(const StudyResults& study, std::vector<std::string>& said) {
   }
   if (!has_second_answers) return;
   try {
-    const StateStudy state = read_state_study({study.directory, journal});
-    const RecheckRecord rechecks = rechecks_of(journal, state.in_journal, state.loaded.study);
-    for (std::string& remark : remarks(rechecks)) said.push_back(std::move(remark) + ".");
+    // Learnt anew: which answers count after an extension follows from what was learnt.
+    const StateFiles files{study.directory, journal};
+    const StateStudy state = read_state_study(files);
+    learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
+    fold_state(files, state, TimePoint{}, core);
+    for (std::string& remark : remarks(core.workforce().rechecks().record()))
+      said.push_back(std::move(remark) + ".");
   } catch (const std::runtime_error& error) {
     fmt::print(stderr, "roll-outs that were run again are not told of: {}\n", error.what());
   }

@@ -1,5 +1,6 @@
 // A worker that lies now and then is found by running a share of the roll-outs again, and the study
 // stands without it.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -109,6 +110,41 @@ TEST_F(SecondAnswersOfDaemonsTest, WhoLiesIsNamedAndTheStudyIsLearntAgainWithout
   EXPECT_EQ(again.rollouts_csv, never_lied.rollouts_csv);
   EXPECT_EQ(again.runs_csv, never_lied.runs_csv);
   EXPECT_EQ(never_lied.summary["rechecks"]["disputed"], 0);
+}
+
+/// The runs of a second condition have other numbers then: their questions are the same.
+TEST_F(SecondAnswersOfDaemonsTest, AnswersBehindMoreRepetitionsCountForRollOutsOfBefore) {
+  const std::string two = service_
+                              .study(reach_study("name = \"two\"\nrollouts = 6\nrepetitions = 2\n"
+                                                 "recheck = 1.0") +
+                                     "[[conditions]]\nname = \"other\"\npolicy.model = \"flat\"\n")
+                              .string();
+  int first_pid = 0;
+  {
+    const auto one = worker(false, "one");
+    first_pid = one->pid();
+    const Service::Learnt alone = learn("grown", {two, "--state-dir", in("grown")});
+    ASSERT_EQ(alone.summary["rechecks"]["rechecked"], 0) << "nobody else is there";
+  }
+  const auto another = worker(false, "another");
+  const Service::Learnt more =
+      learn("grown", {"--resume", in("grown"), "--set", "study.repetitions=3"});
+  ASSERT_EQ(more.status, 0) << more.log;
+  const int num_rechecked = more.summary["rechecks"]["rechecked"];
+  EXPECT_EQ(num_rechecked, 2 * 2 * (6 + 2)) << "roll-outs, start and final policy of each run";
+  std::string first;
+  for (const json& each : more.summary["rechecks"]["workers"]) {
+    if (each["pid"] == first_pid) first = each["id"];
+  }
+  Said said = service_.run("treeroll-report", {in("grown"), "--output", in("report")});
+  EXPECT_THAT(read_file(in("report") + "/report.md"),
+              HasSubstr(fmt::format("{} roll-outs were run again", num_rechecked)))
+      << said.errors;
+  said = service_.run("treeroll-replay",
+                      {in("grown"), "--without-worker", first, "--state-dir", in("without")});
+  ASSERT_EQ(said.status, 0) << said.errors;
+  EXPECT_THAT(said.output, HasSubstr(fmt::format("has taken the place of {}", num_rechecked)));
+  EXPECT_EQ(read_file(in("without") + "/rollouts.csv"), more.rollouts_csv);
 }
 
 TEST_F(SecondAnswersOfDaemonsTest, WhatIsAskedWronglyIsRefusedByName) {

@@ -24,42 +24,63 @@ class JournalRechecksTest : public JournalFolderTest {
     study.repetitions = 4;
     return study;
   }
-  void write(const std::vector<JournalRecord>& records) {
-    JournalWriter writer(path());
-    writer.continue_after({});
-    writer.append(JournalStart{.format = kJournalFormat}, 5);
+};
+
+/// Those who know three workers.
+class FoldOf {
+ public:
+  explicit FoldOf(const Study& study) : fold_(study) {
     for (const protocol::WorkerId worker : {1, 2, 3}) {
-      writer.append(KnownWorker{worker, "class", "host" + std::to_string(worker), 7}, 5);
+      fold_.add({.record = KnownWorker{worker, "class", "host" + std::to_string(worker), 7}});
     }
-    for (const JournalRecord& record : records) writer.append(record, 6);
-    writer.sync();
   }
-  RecheckRecord rechecks_of(const std::vector<JournalRecord>& records) {
-    write(records);
-    return treeroll::rechecks_of(path(), {.id = {}, .repetitions = 4}, study());
+  RecheckFold* operator->() { return &fold_; }
+  void add(const JournalRecord& record) { fold_.add({.record = record}); }
+  /// Whose result this answer would be compared with; 0: nobody's.
+  protocol::WorkerId first_of(const AcceptedResult& second) const {
+    const auto first = fold_.first_of({.record = SecondAnswer{second}});
+    return first ? first->worker : 0;
   }
+
+ private:
+  RecheckFold fold_;
 };
 
 /// An extension evaluates its final policies anew, under the numbers of those before.
 TEST_F(JournalRechecksTest, AnswersToAQuestionOfBeforeAnExtensionAreNoneToItsSuccessor) {
-  const RecheckRecord record = rechecks_of({
-      answer(1, 100, .5),
-      SecondAnswer{answer(2, 100, .4)},  // disputed, and no third one comes
-      answer(1, 200, .7),
-      SecondAnswer{answer(3, 100, .4)},  // late: of a question that is not asked any more
-      SecondAnswer{answer(2, 200, .7)},
-  });
-  EXPECT_EQ(record.num_rechecked, 2);
-  EXPECT_EQ(record.num_disputed, 1);
-  EXPECT_EQ(record.num_undecided, 1);
-  for (const auto& [id, tally] : record.workers) EXPECT_EQ(tally.num_outvoted, 0);
+  const Study known = study();
+  FoldOf fold(known);
+  fold.add(answer(1, 100, .5));
+  fold.add(SecondAnswer{answer(2, 100, .4)});  // disputed, and no third one comes
+  fold.add(answer(1, 200, .7));
+  EXPECT_EQ(fold.first_of(answer(3, 100, .4)), 0) << "of a question that is not asked any more";
+  EXPECT_EQ(fold.first_of(answer(2, 200, .7)), 1);
+}
+
+/// Its number is part of a question's content: with more repetitions a run may have another.
+TEST_F(JournalRechecksTest, ARunThatIsNumberedAnewIsTheSame) {
+  const Study known = study();
+  RecheckFold fold(known);
+  fold.add({.record = answer(1, 100, .5), .run_then = 3});
+  const NumberedRecord later{.record = SecondAnswer{answer(2, 777, .5)}};
+  const auto first = fold.first_of(later);
+  ASSERT_TRUE(first.has_value());
+  EXPECT_EQ(first->content, 100);
+  EXPECT_EQ(first->run_then, 3);
+  EXPECT_FALSE(fold.first_of({.record = later.record, .run_then = 3}));
+  fold.add(later);
+  EXPECT_EQ(fold.num_open(), 0U);
 }
 
 TEST_F(JournalRechecksTest, NobodyIsItsOwnWitness) {
-  const RecheckRecord record = rechecks_of(
-      {answer(1, 100, .5), SecondAnswer{answer(2, 100, .4)}, SecondAnswer{answer(2, 100, .4)}});
-  EXPECT_EQ(record.workers.at(1).num_compared, 1);
-  EXPECT_EQ(record.workers.at(1).num_outvoted, 0);
+  const Study known = study();
+  FoldOf fold(known);
+  fold.add(answer(1, 100, .5));
+  fold.add(SecondAnswer{answer(2, 100, .4)});
+  fold.add(SecondAnswer{answer(2, 100, .4)});
+  EXPECT_EQ(fold->num_open(), 1U);
+  fold.add(SecondAnswer{answer(3, 100, .4)});
+  EXPECT_EQ(fold->num_open(), 0U);
 }
 
 AcceptedResult answer_to(int number, protocol::WorkerId worker, double reward) {
@@ -68,31 +89,26 @@ AcceptedResult answer_to(int number, protocol::WorkerId worker, double reward) {
 
 /// As the workforce does: what it has given up no answer is compared with.
 TEST_F(JournalRechecksTest, TheOldestIsGivenUpForOneTooMany) {
-  std::vector<JournalRecord> records;
+  const Study known = study();
+  FoldOf fold(known);
   const int most = static_cast<int>(protocol::kRechecksOpenMax);
-  for (int i = 0; i <= most; ++i) records.emplace_back(answer_to(i, 1, .5));
-  records.emplace_back(SecondAnswer{answer_to(0, 2, .5)});
-  records.emplace_back(SecondAnswer{answer_to(1, 2, .5)});
-  EXPECT_EQ(rechecks_of(records).num_rechecked, 1);
+  for (int i = 0; i <= most; ++i) fold.add(answer_to(i, 1, .5));
+  EXPECT_EQ(fold->num_open(), protocol::kRechecksOpenMax);
+  EXPECT_EQ(fold.first_of(answer_to(0, 2, .5)), 0);
+  EXPECT_EQ(fold.first_of(answer_to(1, 2, .5)), 1);
 }
 
-TEST_F(JournalRechecksTest, OfAHundredThousandThatAreSettledNothingIsHeldButCounts) {
+TEST_F(JournalRechecksTest, OfAHundredThousandThatAreSettledNothingIsHeld) {
   const Study known = study();
-  RecheckFold fold(known);
-  for (const protocol::WorkerId worker : {1, 2, 3}) {
-    fold.add({.record = KnownWorker{worker, "class", "host" + std::to_string(worker), 7}});
-  }
+  FoldOf fold(known);
   std::size_t most_open = 0;
   for (int i = 0; i < 100'000; ++i) {
-    fold.add({.record = answer_to(i, 1, .5)});
-    if (i >= 10) fold.add({.record = SecondAnswer{answer_to(i - 10, 2, i % 3 == 0 ? .4 : .5)}});
-    if (i >= 20) fold.add({.record = SecondAnswer{answer_to(i - 20, 3, .5)}});
-    most_open = std::max(most_open, fold.num_open());
+    fold.add(answer_to(i, 1, .5));
+    if (i >= 10) fold.add(SecondAnswer{answer_to(i - 10, 2, i % 3 == 0 ? .4 : .5)});
+    if (i >= 20) fold.add(SecondAnswer{answer_to(i - 20, 3, .5)});
+    most_open = std::max(most_open, fold->num_open());
   }
   EXPECT_LE(most_open, 21U);
-  EXPECT_EQ(fold.record().num_rechecked, 99'990);
-  EXPECT_NEAR(static_cast<double>(fold.record().num_disputed), 33'330, 1);
-  EXPECT_NEAR(static_cast<double>(fold.record().workers.at(2).num_outvoted), 33'327, 5);
 }
 
 TEST_F(JournalRechecksTest, OnlyWhatTheSeedSaysIsOpened) {
