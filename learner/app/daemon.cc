@@ -20,6 +20,7 @@
 #include "learner/app/resumable.h"
 #include "learner/app/showing.h"
 #include "learner/app/told_record.h"
+#include "learner/study/study_error.h"
 #include "learner/study/task_table.h"
 
 namespace treeroll {
@@ -87,6 +88,12 @@ void LearnerDaemon::continue_journal(std::unique_ptr<JournalWriter> journal,
   if (tail.torn_bytes > 0) {
     spdlog::warn("{}: cut off {} bytes{} that an interrupted learner left", files.journal.string(),
                  tail.torn_bytes, tail.torn_bytes_are_zero ? ", all of them 0," : "");
+  }
+  if (state.in_journal.is_before_extension && core_->time_is_up()) {
+    throw StudyError(kCommandLineOrigin,
+                     ConfigError("study.stop_after_s", "",
+                                 "must be more as well: the study has had its time, and learns "
+                                 "nothing of what is asked for besides"));
   }
   do_resumably(files.directory, [&] { begin_journal(tail, files, state); });
 }

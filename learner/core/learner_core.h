@@ -50,6 +50,8 @@ class LearnerCore : private Client {
 
   Outcome outcome() const { return outcome_; }
   const std::string& failure() const { return failure_; }
+  /// The study has had its time (study.stop_after_s): runs draw nothing more.
+  bool time_is_up() const { return time_is_up_; }
 
   /// Whether this result answers what is asked now, for the first time.
   bool asks(const ResultRecovered& event) const;

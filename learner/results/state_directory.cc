@@ -82,9 +82,12 @@ void write_results(const fs::path& directory, const std::vector<RunRecord>& runs
       if (!run.best_policy.empty()) {
         policies.push_back({fs::path(best_policy_file(run)).filename(), run.best_policy});
       }
-      // Of a run that has not ended the mean policy is no final one.
+      // Of a run that has not ended the mean policy is no final one; nor is that of the smaller
+      // study that an extension goes on with.
       if (run.final_reward && !run.final_policy.empty()) {
         policies.push_back({fs::path(final_policy_file(run)).filename(), run.final_policy});
+      } else {
+        fs::remove(directory / final_policy_file(run));
       }
     }
     make_directories_durably(directory / "policies");

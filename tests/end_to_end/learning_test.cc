@@ -256,6 +256,16 @@ TEST(LearningTest, AStudyThatIsLearntForATimeEndsWithWhatItHasThen) {
   const std::string said = verified(service);
   EXPECT_THAT(said, HasSubstr("files agree"));
   EXPECT_THAT(said, HasSubstr("learning   2.0 s"));
+
+  // More of anything but time would learn nothing.
+  for (const std::string more : {"study.repetitions=11", "study.rollouts=200000"}) {
+    std::vector<std::string> extends = resume_arguments(service);
+    extends.insert(extends.end(), {"--set", more});
+    Daemon extended("treeroll-learner", extends, service.directory());
+    EXPECT_EQ(extended.wait(seconds(30)), 2);
+    EXPECT_THAT(extended.standard_error(), HasSubstr("study.stop_after_s: must be more as well"));
+  }
+  EXPECT_THAT(verified(service), HasSubstr("files agree"));
 }
 
 TEST(LearningTest, TimeBeforeASigkillCounts) {

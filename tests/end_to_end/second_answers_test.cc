@@ -16,6 +16,12 @@ using nlohmann::json;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
+int count_of(const std::string& what, const std::string& text) {
+  int count = 0;
+  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
+  return count;
+}
+
 class SecondAnswersOfDaemonsTest : public ::testing::Test {
  protected:
   /// On a host of that name: processes of one host have one vote.
@@ -74,6 +80,14 @@ TEST_F(SecondAnswersOfDaemonsTest, WhoLiesIsNamedAndTheStudyIsLearntAgainWithout
     const Said grown = service_.run("treeroll-replay", {in("grown"), "--verify"});
     EXPECT_EQ(grown.status, 0) << grown.errors;
   }
+  for (const std::string format : {"csv", "lcm"}) {
+    const Said exported = service_.run(
+        "treeroll-replay", {in("lied"), "--export", format, "--output", in("exported." + format)});
+    ASSERT_EQ(exported.status, 0) << exported.errors;
+  }
+  const int num_rows = 6 * (60 + 2);
+  EXPECT_EQ(count_of("\n", read_file(in("exported.csv"))), num_rows + 1);
+  EXPECT_EQ(count_of("REPLAYED_TREEROLL_REWARDS", read_file(in("exported.lcm"))), num_rows);
   const std::string id = of_liar["id"];
   EXPECT_THAT(read_file(in("lied") + "/suspects.csv"), HasSubstr("," + id + ","));
   Said said = service_.run("treeroll-replay", {in("lied"), "--verify"});

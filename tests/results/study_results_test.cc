@@ -12,6 +12,7 @@
 #include "common/files/whole_file.h"
 #include "learner/results/csv.h"
 #include "learner/results/run_counts.h"
+#include "learner/results/state_directory.h"
 #include "tests/files/scratch_folder.h"
 #include "tests/results/records.h"
 
@@ -69,6 +70,18 @@ RunRecord tree_run(int repetition, int run) {
   record.switches = {1, 3};
   record.final_reward = .1 + .2;
   return record;
+}
+
+/// An extension goes on with runs that had ended.
+TEST_F(StudyResultsTest, TheFinalPolicyOfASmallerStudyDoesNotStay) {
+  RunRecord run = tree_run(0, 0);
+  run.best_policy = run.final_policy = "{}";
+  treeroll::write_results(folder_, {run});
+  ASSERT_TRUE(std::filesystem::exists(folder_ / final_policy_file(run)));
+  run.final_reward.reset();
+  treeroll::write_results(folder_, {run});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / final_policy_file(run)));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / best_policy_file(run)));
 }
 
 TEST_F(StudyResultsTest, WhatTheLearnerWroteIsReadBackToTheBit) {
