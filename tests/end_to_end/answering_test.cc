@@ -22,12 +22,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kRolloutUs = 20'000;
 
-int count_of(const std::string& text, const std::string& words) {
-  int count = 0;
-  for (auto at = text.find(words); at != std::string::npos; at = text.find(words, at + 1)) ++count;
-  return count;
-}
-
 class AnsweringTest : public NetworkTest {
  protected:
   struct Taken {

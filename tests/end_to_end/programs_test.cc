@@ -47,12 +47,6 @@ name = "plain"
                      num_rollouts, duration_us);
 }
 
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t number = 0;
-  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++number;
-  return number;
-}
-
 class ProgramsTest : public ::testing::Test {
  protected:
   /// Starts a program from a shell: `shell` ends with `exec "$0" "$@"` and what is redirected.
@@ -207,7 +201,7 @@ TEST_F(ProgramsTest, TracesGoToPipesAndDevicesAndLeaveThem) {
       "treeroll-evaluate", arguments);
   EXPECT_EQ(piped.wait(seconds(60)), 0) << piped.standard_error();
   EXPECT_TRUE(eventually(seconds(20), [&] {
-    return count(read_file(service_.directory() / "trace.csv"), "\n") > 100;
+    return count_of(read_file(service_.directory() / "trace.csv"), "\n") > 100;
   }));
   Daemon full = from_shell("exec \"$0\" \"$@\" --trace /dev/full", "treeroll-evaluate", arguments);
   EXPECT_EQ(full.wait(seconds(60)), 1);
@@ -238,7 +232,7 @@ TEST_F(ProgramsTest, EvaluatorsThatCannotStartDoNotFillTheLog) {
   Daemon worker = from_shell("ulimit -n 24; exec \"$0\" \"$@\"", "treeroll-worker",
                              {"--processes", "64", "--lcm-url", service_.url()});
   // Ever more seldom, but 64 of them: within the limits of all kinds of line, a minute each.
-  EXPECT_FALSE(eventually(seconds(4), [&] { return count(worker.standard_error(), "\n") > 40; }))
+  EXPECT_FALSE(eventually(seconds(4), [&] { return count_of(worker.standard_error(), "\n") > 40; }))
       << worker.standard_error();
   EXPECT_THAT(worker.standard_error(), HasSubstr("cannot start an evaluator: socketpair: "));
 }
@@ -300,7 +294,7 @@ TEST_F(ProgramsTest, ProgressStaysInPlaceOnATerminalAlone) {
   };
   const std::string in_place = shown({{"TERM", "xterm"}, {"NO_COLOR", ""}});
   if (in_place == "no terminal") GTEST_SKIP() << "no pseudo-terminals here";
-  EXPECT_GE(count(in_place, "] "), 2U);
+  EXPECT_GE(count_of(in_place, "] "), 2);
   EXPECT_THAT(in_place, AllOf(HasSubstr("[#"), HasSubstr("\r\x1b[K"), HasSubstr("\x1b[32m")));
   EXPECT_THAT(in_place, Not(HasSubstr("info: [")));
   EXPECT_THAT(shown({{"TERM", "xterm"}, {"NO_COLOR", "1"}}),

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <regex>
+#include <string>
 
 #include "tests/end_to_end/service.h"
 
@@ -15,12 +17,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
-
-int count_of(const std::string& what, const std::string& text) {
-  int count = 0;
-  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
-  return count;
-}
 
 class SecondAnswersOfDaemonsTest : public ::testing::Test {
  protected:
@@ -86,8 +82,8 @@ TEST_F(SecondAnswersOfDaemonsTest, WhoLiesIsNamedAndTheStudyIsLearntAgainWithout
     ASSERT_EQ(exported.status, 0) << exported.errors;
   }
   const int num_rows = 6 * (60 + 2);
-  EXPECT_EQ(count_of("\n", read_file(in("exported.csv"))), num_rows + 1);
-  EXPECT_EQ(count_of("REPLAYED_TREEROLL_REWARDS", read_file(in("exported.lcm"))), num_rows);
+  EXPECT_EQ(count_of(read_file(in("exported.csv")), "\n"), num_rows + 1);
+  EXPECT_EQ(count_of(read_file(in("exported.lcm")), "REPLAYED_TREEROLL_REWARDS"), num_rows);
   const std::string id = of_liar["id"];
   EXPECT_THAT(read_file(in("lied") + "/suspects.csv"), HasSubstr("," + id + ","));
   Said said = service_.run("treeroll-replay", {in("lied"), "--verify"});
@@ -106,7 +102,12 @@ TEST_F(SecondAnswersOfDaemonsTest, WhoLiesIsNamedAndTheStudyIsLearntAgainWithout
                       {in("lied"), "--without-worker", "suspects", "--state-dir", in("sound")});
   ASSERT_EQ(said.status, 0) << said.errors;
   EXPECT_THAT(said.output, HasSubstr("without    worker " + id));
-  EXPECT_THAT(said.output, HasSubstr("learns them again"));
+  // A liar that has got little to do may be replaced in all.
+  const std::regex counts(R"(left out +(\d+) .* the place of (\d+)\nbesides +(\d+) )");
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(said.output, found, counts)) << said.output;
+  const bool is_whole = found[1] == found[2] && found[3] == "0";
+  EXPECT_EQ(count_of(said.output, "learns them again"), is_whole ? 0 : 1) << said.output;
   said = service_.run("treeroll-replay", {in("sound"), "--verify"});
   EXPECT_EQ(said.status, 0) << said.errors;
   EXPECT_FALSE(fs::exists(in("sound") + "/suspects.csv"));

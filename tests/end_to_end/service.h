@@ -44,6 +44,8 @@ class Daemon {
 std::filesystem::path executable(const std::string& name);
 std::string read_file(const std::filesystem::path& path);
 void write_file(const std::filesystem::path& path, const std::string& text);
+/// How often the text has these words.
+int count_of(const std::string& text, const std::string& words);
 
 /// What a program that has ended has said.
 struct Said {

@@ -18,10 +18,7 @@ using std::chrono::seconds;
 using ::testing::HasSubstr;
 
 int num_said(const Daemon& daemon, const std::string& words) {
-  const std::string log = daemon.standard_error();
-  int count = 0;
-  for (auto at = log.find(words); at != std::string::npos; at = log.find(words, at + 1)) ++count;
-  return count;
+  return count_of(daemon.standard_error(), words);
 }
 
 bool says(const Daemon& daemon, const std::string& words, int times = 1) {
