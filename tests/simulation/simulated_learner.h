@@ -81,6 +81,7 @@ class SimulatedLearner : public Node, private learner::EffectHandler {
   void check_told(const protocol::Message& message);
   void check_counters();
   bool waits_for_a_switch() const;
+  bool has_described(protocol::WorkerId id) const;
   void hear(const protocol::Message& message);
   void check_lost_requests(const protocol::WorkerStatus& status);
   void check_leases_of_the_silent();

@@ -217,12 +217,20 @@ void SimulatedLearner::hear(const protocol::Message& message) {
     if (batch->learner_id != id_) return;
     Heard& heard = heard_[batch->worker_id];
     heard.time = schedule_.now();
-    heard.surely_read.take(*batch, lag() < scenario_.unsynced_results_max);
+    const bool reads = lag() < scenario_.unsynced_results_max && has_described(batch->worker_id);
+    heard.surely_read.take(*batch, reads);
   } else if (const auto* request = std::get_if<protocol::DefinitionRequest>(&message)) {
     if (request->learner_id == id_) heard_[request->worker_id].time = schedule_.now();
   } else if (const auto* report = std::get_if<protocol::DefinitionReport>(&message)) {
     if (report->learner_id == id_) heard_[report->worker_id].time = schedule_.now();
   }
+}
+
+/// Who has not said what the task is, where nobody knew it beforehand, waits to be read.
+bool SimulatedLearner::has_described(protocol::WorkerId id) const {
+  const auto& workers = core_.workforce().workers().all();
+  const auto found = workers.find(id);
+  return scenario_.knows_task || (found != workers.end() && !found->second.described.empty());
 }
 
 /// A worker has read a later batch, all its answers are in, and it holds the roll-out no more.
