@@ -248,7 +248,10 @@ void summarize_journal(const StateFiles& files) {
   if (!tail) throw std::runtime_error(tail.error().message);
   require_journal(files, *tail);
   say(files, *tail, contents);
-  if (!fs::exists(study_of(files.directory))) return;
+  if (!fs::exists(study_of(files.directory))) {
+    fmt::print("study      none beside it: what was learnt and run again is not told\n");
+    return;
+  }
   const StateStudy state = read_state_study(files);
   learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
   fold_state(files, state, TimePoint{}, core);

@@ -74,6 +74,10 @@ TEST_F(ReplayTest, SummarisesAndExports) {
   EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 248);
   EXPECT_EQ(nlohmann::json::parse(lines.substr(0, lines.find('\n')))["status"], "ok");
   EXPECT_EQ(run("treeroll-replay", {directory.string(), "--output", file.string()}).status, 2);
+  fs::remove(directory / "study.toml");
+  const Said alone = run("treeroll-replay", {directory.string()});
+  EXPECT_EQ(alone.status, 0) << alone.errors;
+  EXPECT_THAT(alone.output, HasSubstr("study      none beside it"));
 }
 
 /// What a forger who knows the format writes: every record verifies, the story does not.
