@@ -250,7 +250,8 @@ void evaluate_policy(const EvaluateOptions& options) {
                                                 {.task_content = condition.task_content,
                                                  .policy_text = text,
                                                  .seed = options.seed + i,
-                                                 .trace = i == 0 && !options.trace_file.empty()});
+                                                 .trace = i == 0 && !options.trace_file.empty(),
+                                                 .is_asked_for = true});
     outcomes.push_back(done.outcome);
     if (i == 0) terms = done.terms;
     if (i == 0 && !options.trace_file.empty()) {

@@ -117,12 +117,17 @@ json trace_view(const RolloutTrace& whole) {
   return view;
 }
 
+constexpr const char* kNotRepeatable =
+    "its task says repeatable = false (a robot, say), and is not run only to be shown";
+
 /// What a worker executable says when it makes the roll-out once more.
 json made_again(const Condition& condition, const std::string& policy, std::int64_t seed,
                 const WorkerProgram& worker_program) {
   try {
-    const TaskDescription task = describe_task(condition.task_content, worker_program).description;
-    const PolicyEvaluation done = evaluate_with(worker_program, task,
+    const std::optional<TaskDescription> task =
+        describe_repeatable(condition.task_content, worker_program);
+    if (!task) return {{"failure", kNotRepeatable}};
+    const PolicyEvaluation done = evaluate_with(worker_program, *task,
                                                 {.task_content = condition.task_content,
                                                  .policy_text = policy,
                                                  .seed = seed,

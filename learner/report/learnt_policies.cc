@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -26,28 +27,38 @@ class RolloutMaker {
  public:
   explicit RolloutMaker(WorkerProgram program) : program_(std::move(program)) {}
 
-  /// Nothing for what cannot be made: its cause has gone to standard error, once a task.
+  /// Nothing for what cannot be made: its cause has gone to standard error, once a task. Nothing
+  /// either for what may be a robot.
   std::optional<ShownRollout> make(const std::string& task_content, const std::string& policy) {
     const auto key = std::pair(task_content, policy);
     if (const auto known = made_.find(key); known != made_.end()) return known->second;
     return made_[key] = ask(task_content, policy);
   }
+  bool may_not_run(const std::string& task_content) const {
+    return not_repeatable_.contains(task_content);
+  }
   bool all_deterministic() const { return all_deterministic_; }
 
  private:
+  /// Asked once a task, also about one that cannot be described.
+  const std::optional<TaskDescription>& task_of(const std::string& content) {
+    const auto [task, is_new] = tasks_.try_emplace(content);
+    if (!is_new) return task->second;
+    task->second = describe_repeatable(content, program_);
+    if (!task->second) {
+      not_repeatable_.insert(content);
+    } else if (!task->second->deterministic) {
+      all_deterministic_ = false;
+    }
+    return task->second;
+  }
+
   std::optional<ShownRollout> ask(const std::string& task_content, const std::string& policy) {
     try {
-      auto task = tasks_.find(task_content);
-      if (task == tasks_.end()) {
-        tasks_[task_content] = std::nullopt;  // if it cannot be described, it is asked about once
-        task =
-            tasks_.insert_or_assign(task_content, describe_task(task_content, program_).description)
-                .first;
-        all_deterministic_ = all_deterministic_ && task->second->deterministic;
-      }
-      if (!task->second) return std::nullopt;
+      const std::optional<TaskDescription>& task = task_of(task_content);
+      if (!task) return std::nullopt;
       PolicyEvaluation said = evaluate_with(
-          program_, *task->second,
+          program_, *task,
           {.task_content = task_content, .policy_text = policy, .seed = 0, .trace = true});
       return ShownRollout{.reward = said.outcome.reward(),
                           .status = std::string(name(said.outcome.status())),
@@ -64,6 +75,7 @@ class RolloutMaker {
   WorkerProgram program_;
   std::map<std::string, std::optional<TaskDescription>> tasks_;
   std::map<std::pair<std::string, std::string>, std::optional<ShownRollout>> made_;
+  std::set<std::string> not_repeatable_;
   bool all_deterministic_ = true;
 };
 
@@ -112,6 +124,7 @@ std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
   }
   RolloutMaker maker(worker_program);
   std::vector<std::string> lacking;
+  std::vector<std::string> not_run;
   for (std::size_t i = 0; i < policies.size(); ++i) {
     const Condition& condition = loaded.study.conditions[i];
     LearntPolicy& policy = policies[i];
@@ -119,7 +132,9 @@ std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
     if (policy.best) {
       policy.best_rollout = maker.make(condition.task_content, to_json(*policy.best));
     }
-    if (!policy.start_rollout || (policy.best && !policy.best_rollout)) {
+    if (maker.may_not_run(condition.task_content)) {
+      not_run.push_back(policy.condition);
+    } else if (!policy.start_rollout || (policy.best && !policy.best_rollout)) {
       lacking.push_back(policy.condition);
     }
   }
@@ -129,6 +144,12 @@ std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
         "Goals and motion are not drawn where the worker executable could not make the "
         "roll-outs: " +
         listed(lacking) + ".");
+  }
+  if (!not_run.empty()) {
+    remarks.push_back(
+        "Goals and motion are not drawn of tasks that say repeatable = false: they may be robots, "
+        "which would move for a picture. So it is with: " +
+        listed(not_run) + ".");
   }
   if (!maker.all_deterministic()) {
     remarks.emplace_back("Tasks that are not deterministic are shown with seed 0.");

@@ -17,7 +17,8 @@ namespace treeroll::report {
 /// that of each. Throws std::runtime_error for a policy file that cannot be read.
 std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const StudyResults& results);
 
-/// Has a worker executable make the roll-outs of these policies, with seed 0.
+/// Has a worker executable make the roll-outs of these policies, with seed 0. None of a task that
+/// says repeatable = false.
 /// @return  in sentences what could not be made, or what is to be known of it; the cause of a
 ///          failure goes to standard error
 std::vector<std::string> make_rollouts(const LoadedStudy& loaded,

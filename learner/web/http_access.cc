@@ -145,9 +145,11 @@ std::optional<HttpResponse> refusal_of(const HttpAccess& access, const HttpReque
     return plain(421, "this is not the host that was asked for: take its address, or localhost");
   }
   const std::string site = header_of(request, "sec-fetch-site");
-  const bool is_navigation = header_of(request, "sec-fetch-mode") == "navigate";
-  if (site == "cross-site" && !is_navigation) {
-    return plain(403, "pages of other sites may not ask");
+  // A link may lead to the page. What lies below it is for the page to ask: an answer may take a
+  // simulation.
+  const bool is_link = request.path == "/" && header_of(request, "sec-fetch-mode") == "navigate";
+  if (site == "cross-site" && !is_link) {
+    return plain(403, "pages of other sites may link to /, and ask nothing");
   }
   if (access.token.empty() || request.path == "/healthz") return std::nullopt;
   const auto given = request.query.find("token");

@@ -72,6 +72,14 @@ DescribedTask describe_task(const std::string& content, const WorkerProgram& wor
   return {*facts, said["settings"].dump()};
 }
 
+std::optional<TaskDescription> describe_repeatable(const std::string& content,
+                                                   const WorkerProgram& worker_program) {
+  std::optional<TaskDescription> task = described_in(content);
+  if (!task || task->repeatable) task = describe_task(content, worker_program).description;
+  if (!task->repeatable) return std::nullopt;
+  return task;
+}
+
 std::map<std::string, DescribedTask> survey_tasks(const LoadedStudy& loaded,
                                                   const WorkerProgram& worker_program,
                                                   bool is_needed) {

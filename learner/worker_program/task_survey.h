@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "common/task_facts/task_description.h"
@@ -22,6 +23,12 @@ struct DescribedTask {
 /// for a task that makes something else of a resolved content (check_agreement());
 /// std::runtime_error if the executable cannot be asked.
 DescribedTask describe_task(const std::string& content, const WorkerProgram& worker_program);
+
+/// The same of a task that may be run unasked, only so that a roll-out is seen. Nothing for one
+/// that says repeatable = false: it may be a robot, which would move, maybe amid a trial. Where the
+/// content has that already, nothing is started at all.
+std::optional<TaskDescription> describe_repeatable(const std::string& content,
+                                                   const WorkerProgram& worker_program);
 
 /// Asks the worker executable about every task of the study, so that a study is checked before
 /// anything starts.

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "common/base/check.h"
 #include "common/base/cut_text.h"
 #include "common/base/for_log.h"
 #include "learner/worker_program/process.h"
@@ -111,6 +112,7 @@ std::optional<PolicyEvaluation> read_answer(const json& said, const TaskDescript
 
 PolicyEvaluation evaluate_with(const WorkerProgram& worker_program, const TaskDescription& task,
                                const EvaluationRequest& request) {
+  CHECK(task.repeatable || request.is_asked_for, "a robot would move, unasked");
   const json asked{{"task", json::parse(request.task_content)},
                    {"policy", request.policy_text},
                    {"seed", request.seed},

@@ -18,6 +18,9 @@ struct EvaluationRequest {
   std::string policy_text;   ///< JSON of common/policy/policy.h
   std::int64_t seed = 0;     ///< for tasks that are not deterministic
   bool trace = false;
+  /// A person wants this very roll-out. Needed for a task that says repeatable = false: it may be a
+  /// robot, and moves.
+  bool is_asked_for = false;
 };
 
 struct PolicyEvaluation {

@@ -60,6 +60,42 @@ TEST_F(AnyLanguageTest, IsLearntReplayedEvaluatedAndReported) {
   EXPECT_THAT(report.errors, testing::Not(HasSubstr("reach.py"))) << "no roll-out is lacking";
 }
 
+/// A task that may be a robot is run for the study, and where a person asks for it; no program
+/// moves it to show something.
+TEST_F(AnyLanguageTest, WhatIsNotRepeatableIsNotRunToBeShown) {
+  const fs::path started = service_.directory() / "started";
+  const fs::path robot = service_.directory() / "robot.sh";
+  write_file(robot,
+             "#!/bin/sh\necho started >> " + started.string() + "\nexec " + TREEROLL_REACH + "\n");
+  fs::permissions(robot, fs::perms::owner_all);
+  const Service::Learnt learnt = learn("robot", {"--local-workers", "1", "--evaluator",
+                                                 robot.string(), "--set", "task.mode=\"robot\""});
+  ASSERT_EQ(learnt.status, 0) << learnt.log;
+  const std::string before = read_file(started);
+  ASSERT_FALSE(before.empty());
+
+  const std::string state = (service_.directory() / "robot").string();
+  const Said shown =
+      service_.run("treeroll-replay", {state, "--show", "0:3", "--evaluator", robot.string()});
+  ASSERT_EQ(shown.status, 0) << shown.errors;
+  const nlohmann::json rollout = nlohmann::json::parse(shown.output);
+  EXPECT_FALSE(rollout["policy"].is_null());
+  EXPECT_THAT(rollout["again"].dump(), HasSubstr("repeatable = false"));
+  const fs::path report = service_.directory() / "report";
+  const Said reported = service_.run(
+      "treeroll-report", {state, "--evaluator", robot.string(), "--output", report.string()});
+  EXPECT_EQ(reported.status, 0) << reported.errors;
+  EXPECT_THAT(read_file(report / "report.md"), HasSubstr("would move for a picture"));
+  EXPECT_EQ(read_file(started), before) << "nobody asked for a trial";
+
+  const Said evaluated = service_.run(
+      "treeroll-evaluate",
+      {state + "/policies/flat-0.json", state + "/study.toml", "--evaluator", robot.string()});
+  EXPECT_EQ(evaluated.status, 0) << evaluated.errors;
+  EXPECT_THAT(evaluated.output, HasSubstr("status  ok"));
+  EXPECT_NE(read_file(started), before);
+}
+
 TEST_F(AnyLanguageTest, IsRefusedBeforeAnythingStarts) {
   const Service::Learnt refused = learn(
       "refused", {"--local-workers", "1", "--evaluator", TREEROLL_REACH, "--set", "task.goal=1"});

@@ -25,13 +25,14 @@ using testing::Not;
 class ReportFiguresTest : public testing::Test {
  protected:
   /// A program that answers as a worker executable would.
-  fs::path worker(const std::string& evaluation) const {
+  fs::path worker(const std::string& evaluation, const std::string& facts = "") const {
     const fs::path program = folder_ / "worker";
     std::ofstream(program) << "#!/bin/sh\ncat > /dev/null\nif [ $1 = --describe-task ]; then\n"
                               "echo '{\"description\": {\"input_dim\": 1, \"output_dim\": 1, "
                               "\"reward_min\": 0, \"reward_max\": 1, \"time_limit_s\": 1, "
-                              "\"deterministic\": false}, \"settings\": {}}'\nelse\necho '"
-                           << evaluation << "'\nfi\n";
+                              "\"deterministic\": false"
+                           << facts << "}, \"settings\": {}}'\nelse\necho moved >> "
+                           << (folder_ / "moved").string() << "\necho '" << evaluation << "'\nfi\n";
     fs::permissions(program, fs::perms::owner_all);
     return program;
   }
@@ -187,6 +188,21 @@ TEST_F(ReportFiguresTest, WhatTheWorkerRecordsIsDrawnAndTheSameBytesEachTime) {
   EXPECT_EQ(report("two", worker(kTraced)), text);
   EXPECT_EQ(content("two/report.html"), content("one/report.html"));
   EXPECT_EQ(content("two/figures/mine/motion.png"), content("one/figures/mine/motion.png"));
+}
+
+TEST_F(ReportFiguresTest, WhatMayBeARobotDoesNotMoveForAPicture) {
+  learn_into(folder_ / "study", tree_study(""));
+  testing::internal::CaptureStderr();
+  const std::string text = report("robot", worker(kTraced, R"(, "repeatable": false)"));
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_FALSE(fs::exists(folder_ / "moved"));
+  EXPECT_THAT(text, HasSubstr("repeatable = false: they may be robots"));
+  EXPECT_THAT(text, HasSubstr("So it is with: tree, flat."));
+  EXPECT_THAT(text, Not(HasSubstr("could not make the roll-outs")));
+  EXPECT_THAT(text, HasSubstr("(figures/mine/policies.svg)"));
+  EXPECT_THAT(text, Not(HasSubstr("motion.svg")));
+  (void)report("other", worker(kTraced));
+  EXPECT_TRUE(fs::exists(folder_ / "moved"));
 }
 
 TEST_F(ReportFiguresTest, EveryRepetitionsBestIsASolution) {

@@ -34,6 +34,8 @@ def describe(task):
     said = {"input_dim": 1, "output_dim": 1, "reward_min": 0, "reward_max": 1,
             "time_limit_s": settings["time_limit_s"], "deterministic": settings["mode"] != "seed",
             "settings": dict(settings)}
+    if settings["mode"] == "robot":
+        said["repeatable"] = False
     if settings["mode"] == "describes_slowly":
         until = time.process_time() + 1
         while time.process_time() < until:

@@ -58,6 +58,9 @@ TEST(HttpAccessTest, PagesOfOtherSitesMayLinkButNotAsk) {
   auto link = foreign;
   link["sec-fetch-mode"] = "navigate";
   EXPECT_EQ(status_of(access, "/", link), 200);
+  for (const char* asked : {"/api/rollouts/0/0", "/api/state", "/metrics"}) {
+    EXPECT_EQ(status_of(access, asked, link), 403) << asked;
+  }
 }
 
 TEST(HttpAccessTest, ATokenIsAskedForInEveryPlaceButHealth) {

@@ -251,7 +251,7 @@ async function look_at_rollout() {
   page.shown = data;
   const outcome = data.status === null ? 'it has no result yet' : data.status === 'ok' ? `reward ${shown(data.reward)}` : `${data.status}: ${data.reason}`;
   const again = data.again || {};
-  const remark = again.failure ? ` It cannot be simulated here: ${again.failure}` : again.trace ? '' : ' Its task records no trace.';
+  const remark = again.failure ? ` It is not simulated here: ${again.failure}.` : again.trace ? '' : ' Its task records no trace.';
   const terms = Object.entries(again.terms || {}).map(([name, number]) => `${name} ${number === null ? 'not a number' : shown(number)}`);
   const made_of = terms.length ? ` Made of: ${terms.join(', ')}.` : '';
   set_text(by_id('shown-title'), `${page.follows ? 'The best: ' : ''}${data.condition}, run ${data.run}, ${rollout_name(data.rollout)}, layer ${data.layer}: ${outcome}.${made_of}${remark}`);
