@@ -71,12 +71,14 @@ class Reader {
                       "average gain over the layer",
            .example = "0.3"});
     }
-    settings_.stop_on_convergence =
-        source_.boolean("stop_on_convergence", false,
-                        {.meaning = "Whether a run ends when its last layer has converged"});
+    settings_.stop_on_convergence = source_.boolean(
+        "stop_on_convergence", false,
+        {.meaning = "Whether a run ends when its last layer has converged. In a report it "
+                    "goes on to the end of its budget with its last reward"});
     settings_.stop_at_reward = source_.optional_number(
         "stop_at_reward", kPositive,
-        {.meaning = "A run ends with its first roll-out of at least this reward"});
+        {.meaning = "A run ends with its first roll-out of at least this reward. In a report it "
+                    "goes on to the end of its budget with that reward"});
   }
 
   void read_noise(const Policy& start) {

@@ -98,7 +98,7 @@ std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const Study
     LearntPolicy policy{.condition = condition.name, .start = condition.start};
     policy.columns = loaded.columns[i];
     double best_reward = 0;
-    for (const RunRecord* run : runs_of(results, condition.name)) {
+    for (const MeasuredRun& run : runs_of(results, condition.name)) {
       if (run->best_policy.empty()) continue;
       NamedPolicy best = read_best(*run, registry, results);
       policy.solutions.push_back(std::move(best.policy));

@@ -42,8 +42,8 @@ json to_json(const StudyResults& study) {
   for (const ConditionSummary& summary : summarize(study.runs, study.determinism)) {
     std::vector<double> end;
     std::vector<double> first_switches;
-    for (const RunRecord* run : runs_of(study, summary.condition)) {
-      if (const auto value = measure(*run, {})) end.push_back(*value);
+    for (const MeasuredRun& run : runs_of(study, summary.condition)) {
+      if (const auto value = measure(run, {})) end.push_back(*value);
       if (!run->switches.empty()) first_switches.push_back(rollouts_before_switch(*run));
     }
     json switches;

@@ -29,10 +29,10 @@ std::string text_of_p(const std::optional<double>& p) {
   return *p < 1e-6 ? "< 1e-6" : fmt::format("{:.2g}", *p);
 }
 
-std::vector<double> present(const std::vector<const RunRecord*>& runs, const Measure& wanted) {
+std::vector<double> present(const std::vector<MeasuredRun>& runs, const Measure& wanted) {
   std::vector<double> values;
-  for (const RunRecord* run : runs) {
-    if (const auto value = measure(*run, wanted)) values.push_back(*value);
+  for (const MeasuredRun& run : runs) {
+    if (const auto value = measure(run, wanted)) values.push_back(*value);
   }
   return values;
 }
@@ -64,6 +64,24 @@ Table reward_table(const StudyResults& study) {
   return table;
 }
 
+/// Which runs go on past their end, and with what; empty if none does.
+std::string runs_that_go_on(const StudyResults& study) {
+  std::vector<std::string> counts;
+  for (const std::string& condition : conditions_of(study)) {
+    const auto runs = runs_of(study, condition);
+    const auto num_done = std::ranges::count_if(runs, &MeasuredRun::goes_on);
+    if (num_done > 0)
+      counts.push_back(fmt::format("{} {} of {}", condition, num_done, runs.size()));
+  }
+  if (counts.empty()) return "";
+  return fmt::format(
+      "Runs that were done before the end of their budget (exploration.stop_at_reward, "
+      "stop_on_convergence): {}. In curves, tests and claims each goes on to the end of its budget "
+      "with the reward that it ended with: the first that reached stop_at_reward, else its last. "
+      "Else later roll-outs would be of the other runs alone.",
+      fmt::join(counts, ", "));
+}
+
 /// Of the conditions in which roll-outs have failed or trials were void.
 Table failure_table(const StudyResults& study) {
   Table table{.columns = {"condition", "diverged", "failed", "crashed", "timed out", "given up",
@@ -90,7 +108,7 @@ Table switch_table(const StudyResults& study) {
   for (const ConditionSummary& summary : summarize(study.runs, study.determinism)) {
     if (summary.num_switches == 0) continue;
     std::vector<double> first;
-    for (const RunRecord* run : runs_of(study, summary.condition)) {
+    for (const MeasuredRun& run : runs_of(study, summary.condition)) {
       if (!run->switches.empty()) first.push_back(rollouts_before_switch(*run));
     }
     const auto found = quartiles(first);
@@ -195,6 +213,9 @@ Section study_section(const StudyResults& study, const std::vector<Picture>& fig
       "counts with reward 0; a run without an end was stopped before its final policy was "
       "evaluated.");
   section.blocks.emplace_back(reward_table(study));
+  if (std::string ended = runs_that_go_on(study); !ended.empty()) {
+    section.blocks.emplace_back(std::move(ended));
+  }
   for (const ConditionSummary& summary : summarize(study.runs, study.determinism)) {
     for (const std::string& remark : treeroll::remarks(summary)) {
       section.blocks.emplace_back(remark);

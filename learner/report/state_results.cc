@@ -40,6 +40,18 @@ std::optional<StateStudy> study_beside_tables(const StateFiles& files, bool has_
   }
 }
 
+/// What study.toml knows of its runs.
+void add_facts(const Study& study, StudyResults& results) {
+  results.determinism = determinism_of(study);
+  for (const Condition& condition : study.conditions) {
+    const explore::ExplorationSettings& settings = condition.exploration;
+    results.endings[condition.name] = {
+        .budget = settings.num_rollouts,
+        .stop_at_reward = settings.stop_at_reward,
+        .is_on_convergence = settings.stop_on_convergence && !study.stop_after};
+  }
+}
+
 StudyResults results_of_journal(const StateFiles& files) {
   const StateStudy state = read_state_study(files);
   learner::LearnerCore core(state.loaded.study, learner::LearnerSettings{});
@@ -47,7 +59,7 @@ StudyResults results_of_journal(const StateFiles& files) {
   StudyResults results{.name = read_study_name(study_of(files.directory)),
                        .directory = files.directory,
                        .runs = std::move(core).run_records()};
-  results.determinism = determinism_of(state.loaded.study);
+  add_facts(state.loaded.study, results);
   results.missing = what_is_missing(state.loaded.study, results.runs);
   return results;
 }
@@ -66,7 +78,7 @@ StudyResults read_state_results(const fs::path& directory) {
   StudyResults results = read_study_results(directory);
   results.name = name;
   if (state) {
-    results.determinism = determinism_of(state->loaded.study);
+    add_facts(state->loaded.study, results);
     if (tail) results.missing = what_is_missing(state->loaded.study, results.runs);
   }
   return results;

@@ -2,12 +2,22 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "learner/core/run_record.h"
 
 namespace treeroll {
+
+/// How long the runs of a condition may be, and what ends one of them before: it is done.
+struct RunEnding {
+  int budget = 0;  ///< roll-outs; 0: not known
+  std::optional<double> stop_at_reward = {};
+  /// By their convergence, and by nothing else: a study's time that is up, say, cannot be told from
+  /// it in the results.
+  bool is_on_convergence = false;
+};
 
 /// What a study has left in its state directory.
 struct StudyResults {
@@ -19,6 +29,8 @@ struct StudyResults {
   std::map<std::string, double> log_likelihoods = {};
   /// What study.toml knows of the tasks; whoever can read it fills it in, too.
   std::map<std::string, bool> determinism = {};
+  /// By condition, what study.toml says of it; filled in likewise.
+  std::map<std::string, RunEnding> endings = {};
   /// How far the runs have come; empty if every run has ended.
   std::string missing = {};
 };

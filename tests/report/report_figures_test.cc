@@ -1,9 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
 #include "learner/report/learnt_policies.h"
@@ -188,6 +190,25 @@ TEST_F(ReportFiguresTest, WhatTheWorkerRecordsIsDrawnAndTheSameBytesEachTime) {
   EXPECT_EQ(report("two", worker(kTraced)), text);
   EXPECT_EQ(content("two/report.html"), content("one/report.html"));
   EXPECT_EQ(content("two/figures/mine/motion.png"), content("one/figures/mine/motion.png"));
+}
+
+TEST_F(ReportFiguresTest, RunsThatReachedTheirTargetStayInTheReport) {
+  const auto learnt = learn_into(folder_ / "study", tree_study(""));
+  double best = 0;
+  for (const RunRecord& run : learnt.runs) best = std::max(best, run.best_reward);
+  EXPECT_THAT(report("full", ""), Not(HasSubstr("were done before")));
+  fs::remove_all(folder_ / "study");
+  std::string text = tree_study("");
+  text.insert(text.find("first_update"), "stop_at_reward = " + nlohmann::json(best).dump() + "\n");
+  learn_into(folder_ / "study", text);
+  int num_short = 0;
+  for (const RunRecord& run : results().runs) num_short += run.rollouts.size() < 12 ? 1 : 0;
+  ASSERT_EQ(num_short, 1) << "one has the best reward of all";
+  const std::string told = report("out", "");
+  EXPECT_THAT(told, testing::ContainsRegex("(tree|flat) 1 of 2\\. In curves"));
+  EXPECT_THAT(told, HasSubstr("go on to it with the reward that they ended with"));
+  const std::string curves = content("out/figures/mine/learning_curves.dat");
+  EXPECT_THAT(curves, Not(testing::ContainsRegex("\n12 [^ ]+ NaN"))) << "both runs are in it";
 }
 
 TEST_F(ReportFiguresTest, WhatMayBeARobotDoesNotMoveForAPicture) {

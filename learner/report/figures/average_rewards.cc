@@ -19,8 +19,8 @@ Plot average_rewards(const StudyResults& study) {
   for (const std::string& condition : conditions_of(study)) {
     ++num_rows;
     std::vector<double> rewards;  // by run
-    for (const RunRecord* run : runs_of(study, condition)) {
-      if (const auto reward = measure(*run, {.kind = MeasureKind::kMean})) {
+    for (const MeasuredRun& run : runs_of(study, condition)) {
+      if (const auto reward = measure(run, {.kind = MeasureKind::kMean})) {
         rewards.push_back(*reward);
       }
     }
@@ -53,7 +53,8 @@ Plot average_rewards(const StudyResults& study) {
       "Mean over the roll-outs of a run, perturbed as they were: circles are the runs, whose "
       "number "
       "stands in brackets, the black mark is their mean, the bar its 95 % interval. A run that was "
-      "stopped has the mean over the roll-outs that it has.";
+      "stopped has the mean over the roll-outs that it has." +
+      caption_of_runs_that_go_on(study);
   return plot;
 }
 

@@ -186,9 +186,9 @@ std::size_t draw_curves(const Rows<CurvePanel>& rows, const CurveAxis& axis, Plo
   return width;
 }
 
-std::vector<double> median_switches(const std::vector<const RunRecord*>& runs) {
+std::vector<double> median_switches(const std::vector<MeasuredRun>& runs) {
   std::vector<std::vector<double>> by_switch;
-  for (const RunRecord* run : runs) {
+  for (const MeasuredRun& run : runs) {
     if (by_switch.size() < run->switches.size()) by_switch.resize(run->switches.size());
     for (std::size_t i = 0; i < run->switches.size(); ++i) {
       by_switch[i].push_back(run->switches[i] + 1);

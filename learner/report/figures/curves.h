@@ -32,6 +32,6 @@ struct CurveAxis {
 std::size_t draw_curves(const Rows<CurvePanel>& rows, const CurveAxis& axis, Plot& plot);
 
 /// The medians of the first, second, ... switch of the runs, counted from 1.
-std::vector<double> median_switches(const std::vector<const RunRecord*>& runs);
+std::vector<double> median_switches(const std::vector<MeasuredRun>& runs);
 
 }  // namespace treeroll::report

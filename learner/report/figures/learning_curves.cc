@@ -5,7 +5,6 @@
 
 #include "learner/report/figures/curves.h"
 #include "learner/report/figures/study_plots.h"
-#include "learner/results/run_counts.h"
 
 namespace treeroll::report {
 namespace {
@@ -55,11 +54,10 @@ Plot learning_curves(const StudyResults& study, const Rows<ConditionGroup>& grou
     const auto runs = runs_of(study, condition);
     num_runs = std::max(num_runs, runs.size());
     Curve curve{.label = {}, .repetitions = {}, .switches = median_switches(runs)};
-    for (const RunRecord* run : runs) {
+    for (const MeasuredRun& run : runs) {
       std::vector<double>& rewards = curve.repetitions.emplace_back();
-      for (const RolloutRecord& rollout : run->rollouts) {
-        rewards.push_back(is_applied(rollout) ? rollout.reward
-                                              : std::numeric_limits<double>::quiet_NaN());
+      for (int i = 0; i < run.num_rollouts(); ++i) {
+        rewards.push_back(run.reward(i).value_or(std::numeric_limits<double>::quiet_NaN()));
       }
     }
     return curve;
@@ -68,8 +66,8 @@ Plot learning_curves(const StudyResults& study, const Rows<ConditionGroup>& grou
   const std::size_t width = draw_curves(rows, {.title = "reward"}, plot);
   plot.caption = fmt::format(
       "Reward of the (perturbed) roll-outs, mean over up to {} repetitions; the bands are 95 % "
-      "intervals of the mean.{}",
-      num_runs, details(rows, width));
+      "intervals of the mean.{}{}",
+      num_runs, caption_of_runs_that_go_on(study), details(rows, width));
   return plot;
 }
 
@@ -83,7 +81,8 @@ Plot noise_growth(const StudyResults& study, const Rows<ConditionGroup>& groups,
     curve.repetitions = found->second;
     num_runs = std::max(num_runs, curve.repetitions.size());
     auto runs = runs_of(study, condition);
-    runs.resize(std::min(runs.size(), curve.repetitions.size()));
+    const auto num_drawn = std::min(runs.size(), curve.repetitions.size());
+    runs.erase(runs.begin() + static_cast<std::ptrdiff_t>(num_drawn), runs.end());
     curve.switches = median_switches(runs);
     return curve;
   });

@@ -271,6 +271,7 @@ Figures p_values(const StudyResults& study, std::size_t place) {
   for (std::size_t page = 0; page < pages.size(); ++page) {
     Plot plot = p_value_page(pages[page]);
     plot.title = fmt::format("Which of {} is ahead in {}", versus(compared.front()), study.name);
+    plot.caption += caption_of_runs_that_go_on(study);
     name_page(id, page, pages.size(), plot);
     figures.plots.push_back(std::move(plot));
   }

@@ -18,7 +18,7 @@ Plot switch_boxes(const StudyResults& study) {
   for (const std::string& condition : conditions_of(study)) {
     const auto runs = runs_of(study, condition);
     std::vector<double> first;
-    for (const RunRecord* run : runs) {
+    for (const MeasuredRun& run : runs) {
       if (!run->switches.empty()) first.push_back(rollouts_before_switch(*run));
     }
     if (first.empty()) continue;

@@ -3,36 +3,33 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "learner/results/run_counts.h"
-
 namespace treeroll::report {
 namespace {
 
-Sample end_rewards(const std::string& label, const std::vector<const RunRecord*>& runs) {
+Sample end_rewards(const std::string& label, const std::vector<MeasuredRun>& runs) {
   Sample sample{.label = label, .values = {}};
-  for (const RunRecord* run : runs) sample.values.push_back(measure(*run, {}));
+  for (const MeasuredRun& run : runs) sample.values.push_back(measure(run, {}));
   return sample;
 }
 
-std::vector<double> rewards_at(const std::vector<const RunRecord*>& runs, std::size_t number) {
+std::vector<double> rewards_at(const std::vector<MeasuredRun>& runs, int rollout) {
   std::vector<double> rewards;
-  for (const RunRecord* run : runs) {
-    if (number >= run->rollouts.size() || !is_applied(run->rollouts[number])) continue;
-    rewards.push_back(run->rollouts[number].reward);
+  for (const MeasuredRun& run : runs) {
+    if (const std::optional<double> reward = run.reward(rollout)) rewards.push_back(*reward);
   }
   return rewards;
 }
 
-std::size_t longest(const std::vector<const RunRecord*>& runs) {
-  std::size_t length = 0;
-  for (const RunRecord* run : runs) length = std::max(length, run->rollouts.size());
+int longest(const std::vector<MeasuredRun>& runs) {
+  int length = 0;
+  for (const MeasuredRun& run : runs) length = std::max(length, run.num_rollouts());
   return length;
 }
 
 }  // namespace
 
-Comparison compare(const std::string& label_a, const std::vector<const RunRecord*>& a,
-                   const std::string& label_b, const std::vector<const RunRecord*>& b,
+Comparison compare(const std::string& label_a, const std::vector<MeasuredRun>& a,
+                   const std::string& label_b, const std::vector<MeasuredRun>& b,
                    bool share_draws) {
   const Sample end_a = end_rewards(label_a, a);
   const Sample end_b = end_rewards(label_b, b);
@@ -49,7 +46,7 @@ Comparison compare(const std::string& label_a, const std::vector<const RunRecord
     comparison.paired = paired_greater(first, second);
   }
   comparison.g = hedges_g(end_a.present(), end_b.present());
-  for (std::size_t i = 0; i < std::min(longest(a), longest(b)); ++i) {
+  for (int i = 0; i < std::min(longest(a), longest(b)); ++i) {
     const auto test = welch_greater(rewards_at(a, i), rewards_at(b, i));
     comparison.p.push_back(test ? std::optional(test->p) : std::nullopt);
   }

@@ -26,9 +26,8 @@ struct Comparison {
 };
 
 /// @param share_draws  repetitions of both share their random numbers
-Comparison compare(const std::string& label_a, const std::vector<const RunRecord*>& a,
-                   const std::string& label_b, const std::vector<const RunRecord*>& b,
-                   bool share_draws);
+Comparison compare(const std::string& label_a, const std::vector<MeasuredRun>& a,
+                   const std::string& label_b, const std::vector<MeasuredRun>& b, bool share_draws);
 
 /// Every roll-out of several comparisons as one family: two-sided p-values by Holm's step-down over
 /// all of them. Below .05 wherever something is there but for a chance of 5 % that any of all these

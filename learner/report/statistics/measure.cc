@@ -14,24 +14,40 @@ namespace {
 constexpr int kNearby = 5;
 constexpr int kSteepSpan = 50;
 
+/// What a run that is done has ended with: the reward that was enough, or its last one. Nothing for
+/// one that has not ended, or that something else has ended.
+std::optional<double> last_reward(const RunRecord& run, const RunEnding& ending) {
+  if (static_cast<int>(run.rollouts.size()) >= ending.budget) return {};
+  const auto is_enough = [&](const RolloutRecord& rollout) {
+    return is_applied(rollout) && rollout.reward >= *ending.stop_at_reward;
+  };
+  if (ending.stop_at_reward) {
+    const auto enough = std::ranges::find_if(run.rollouts, is_enough);
+    if (enough != run.rollouts.end()) return enough->reward;
+  }
+  const bool was_given_up = num_with(run, RolloutStatus::kDiscarded) > 0;
+  if (!ending.is_on_convergence || !run.final_reward || was_given_up || run.rollouts.empty()) {
+    return {};
+  }
+  return run.rollouts.back().reward;
+}
+
 /// Of the roll-outs from `begin` to before `end`, counted from 0, all of which must be there.
-std::optional<double> mean_reward(const RunRecord& run, int begin, int end) {
-  if (begin < 0 || begin >= end || end > static_cast<int>(run.rollouts.size())) return {};
+std::optional<double> mean_reward(const MeasuredRun& run, int begin, int end) {
+  if (begin < 0 || begin >= end || end > run.num_rollouts()) return {};
   double sum = 0;
   for (int i = begin; i < end; ++i) {
-    const RolloutRecord& rollout = run.rollouts[static_cast<std::size_t>(i)];
-    if (!is_applied(rollout)) return {};
-    sum += rollout.reward;
+    const std::optional<double> reward = run.reward(i);
+    if (!reward) return {};
+    sum += *reward;
   }
   return sum / (end - begin);
 }
 
-std::optional<double> best_reward(const RunRecord& run, int end) {
-  if (end > static_cast<int>(run.rollouts.size()) || end == 0) return {};
+std::optional<double> best_reward(const MeasuredRun& run, int end) {
+  if (end > run.num_rollouts() || end == 0) return {};
   double best = 0;
-  for (int i = 0; i < end; ++i) {
-    best = std::max(best, run.rollouts[static_cast<std::size_t>(i)].reward);
-  }
+  for (int i = 0; i < end; ++i) best = std::max(best, run.reward(i).value_or(0));
   return best;
 }
 
@@ -41,7 +57,7 @@ std::optional<double> difference(const std::optional<double>& a, const std::opti
 }
 
 /// Of the means of five roll-outs that are kSteepSpan apart.
-std::optional<double> largest_gain(const RunRecord& run, int end) {
+std::optional<double> largest_gain(const MeasuredRun& run, int end) {
   std::optional<double> largest;
   for (int last = kNearby + kSteepSpan; last <= end; ++last) {
     const int first = last - kSteepSpan;
@@ -53,22 +69,33 @@ std::optional<double> largest_gain(const RunRecord& run, int end) {
   return largest;
 }
 
-std::optional<double> before_switch(const RunRecord& run) {
-  if (run.switches.empty()) return {};
-  const int end = rollouts_before_switch(run);
+std::optional<double> before_switch(const MeasuredRun& run) {
+  if (run->switches.empty()) return {};
+  const int end = rollouts_before_switch(*run);
   return mean_reward(run, end - kNearby, end);
 }
 
-std::optional<double> after_switch(const RunRecord& run) {
-  if (run.switches.empty()) return {};
-  const int begin = rollouts_before_switch(run);
+std::optional<double> after_switch(const MeasuredRun& run) {
+  if (run->switches.empty()) return {};
+  const int begin = rollouts_before_switch(*run);
   return mean_reward(run, begin, begin + kNearby);
 }
 
 }  // namespace
 
-std::optional<double> measure(const RunRecord& run, const Measure& measure) {
-  const int num_rollouts = static_cast<int>(run.rollouts.size());
+MeasuredRun::MeasuredRun(const RunRecord& record, const RunEnding& ending)
+    : record_(&record),
+      budget_(std::max(ending.budget, static_cast<int>(record.rollouts.size()))),
+      last_(last_reward(record, ending)) {}
+
+std::optional<double> MeasuredRun::reward(int rollout) const {
+  if (rollout >= num_recorded()) return rollout < num_rollouts() ? last_ : std::nullopt;
+  const RolloutRecord& recorded = record_->rollouts[static_cast<std::size_t>(rollout)];
+  return is_applied(recorded) ? std::optional(recorded.reward) : std::nullopt;
+}
+
+std::optional<double> measure(const MeasuredRun& run, const Measure& measure) {
+  const int num_rollouts = run.num_rollouts();
   const int end = measure.rollout > 0 ? measure.rollout : num_rollouts;
   switch (measure.kind) {
     case MeasureKind::kNear:
@@ -78,10 +105,10 @@ std::optional<double> measure(const RunRecord& run, const Measure& measure) {
     case MeasureKind::kBest:
       return best_reward(run, end);
     case MeasureKind::kFinal:
-      return run.final_reward;
+      return run->final_reward;
     case MeasureKind::kSwitch:
       if (num_rollouts == 0) return {};
-      return run.switches.empty() ? num_rollouts : rollouts_before_switch(run);
+      return run->switches.empty() ? run.budget() : rollouts_before_switch(*run);
     case MeasureKind::kBeforeSwitch:
       return before_switch(run);
     case MeasureKind::kAfterSwitch:

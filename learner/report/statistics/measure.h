@@ -5,8 +5,36 @@
 #include <vector>
 
 #include "learner/core/run_record.h"
+#include "learner/results/study_results.h"
 
 namespace treeroll::report {
+
+/// A run as it is compared with others. One that has ended before its budget because it was done,
+/// by exploration.stop_at_reward or stop_on_convergence, goes on to the end of its budget with the
+/// reward that it ended with. Else what stands at a later roll-out would be of the others alone.
+class MeasuredRun {
+ public:
+  /// Precondition: `record` outlives it.
+  /// @param ending  without a budget the run is as long as its record
+  MeasuredRun(const RunRecord& record, const RunEnding& ending);
+
+  const RunRecord* operator->() const { return record_; }
+  const RunRecord& operator*() const { return *record_; }
+
+  bool goes_on() const { return last_.has_value(); }
+  /// With those that it goes on for.
+  int num_rollouts() const { return goes_on() ? budget_ : num_recorded(); }
+  int budget() const { return budget_; }
+  /// Of a roll-out, counted from 0: nothing past the last, or in a gap.
+  std::optional<double> reward(int rollout) const;
+
+ private:
+  int num_recorded() const { return static_cast<int>(record_->rollouts.size()); }
+
+  const RunRecord* record_;
+  int budget_;
+  std::optional<double> last_;  ///< that it goes on with
+};
 
 /// A figure of one run: what a claim is about.
 enum class MeasureKind {
@@ -27,13 +55,13 @@ enum class MeasureKind {
 struct Measure {
   MeasureKind kind = MeasureKind::kNear;
   int from = 1;     ///< roll-outs count from 1 here, as in the thesis's text
-  int rollout = 0;  ///< 0: the last of each run
+  int rollout = 0;  ///< 0: the last of each run, with those that it goes on for
 };
 
 /// Nothing where a run lacks it: it was stopped before, never switched, has no final policy; and
 /// for kLogLikelihood, which is no run's (see find_sample).
 /// A failed roll-out counts with its reward, which is 0.
-std::optional<double> measure(const RunRecord& run, const Measure& measure);
+std::optional<double> measure(const MeasuredRun& run, const Measure& measure);
 
 /// In words: "reward near roll-out 50".
 std::string describe(const Measure& measure);

@@ -13,12 +13,24 @@ std::vector<double> Sample::present() const {
   return found;
 }
 
-std::vector<const RunRecord*> runs_of(const StudyResults& study, std::string_view condition) {
-  std::vector<const RunRecord*> runs;
+std::vector<MeasuredRun> runs_of(const StudyResults& study, std::string_view condition) {
+  const auto found = study.endings.find(std::string(condition));
+  const RunEnding ending = found == study.endings.end() ? RunEnding{} : found->second;
+  std::vector<MeasuredRun> runs;
   for (const RunRecord& run : study.runs) {
-    if (run.condition == condition) runs.push_back(&run);
+    if (run.condition == condition) runs.emplace_back(run, ending);
   }
   return runs;
+}
+
+std::string caption_of_runs_that_go_on(const StudyResults& study) {
+  for (const std::string& condition : conditions_of(study)) {
+    if (std::ranges::any_of(runs_of(study, condition), &MeasuredRun::goes_on)) {
+      return " Runs that were done before the end of their budget go on to it with the reward that "
+             "they ended with.";
+    }
+  }
+  return "";
 }
 
 std::vector<std::string> conditions_of(const StudyResults& study) {
@@ -47,8 +59,8 @@ Result<Sample> find_sample(const std::vector<StudyResults>& studies, const std::
   const auto fit = found->log_likelihoods.find(name);
   const bool is_of_fit =
       wanted.kind == MeasureKind::kLogLikelihood && fit != found->log_likelihoods.end();
-  for (const RunRecord* run : runs_of(*found, name)) {
-    sample.values.push_back(is_of_fit ? fit->second : measure(*run, wanted));
+  for (const MeasuredRun& run : runs_of(*found, name)) {
+    sample.values.push_back(is_of_fit ? fit->second : measure(run, wanted));
   }
   if (sample.values.empty()) return Error{"study " + study_name + " has no condition " + name};
   return sample;

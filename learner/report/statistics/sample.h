@@ -22,7 +22,11 @@ struct Sample {
 };
 
 /// The runs of one condition, by repetition; empty if there is none of this name.
-std::vector<const RunRecord*> runs_of(const StudyResults& study, std::string_view condition);
+std::vector<MeasuredRun> runs_of(const StudyResults& study, std::string_view condition);
+
+/// For captions: " Runs that were done before ..." if some go on with the reward that they ended
+/// with; else empty.
+std::string caption_of_runs_that_go_on(const StudyResults& study);
 
 /// Its conditions in the study's order.
 std::vector<std::string> conditions_of(const StudyResults& study);

@@ -168,14 +168,16 @@ TEST(ClaimTest, GainDropAndSteepestPartOfARun) {
   std::fill(rewards.begin() + 60, rewards.end(), .7);
   std::fill(rewards.begin() + 80, rewards.end(), .5);
   RunRecord run = run_with("a", 0, 0, rewards);
-  EXPECT_NEAR(measure(run, {.kind = MeasureKind::kGain, .rollout = 120}).value(), .4, 1e-12);
-  EXPECT_NEAR(measure(run, {.kind = MeasureKind::kGain, .rollout = 5}).value(), 0, 1e-12);
-  EXPECT_NEAR(measure(run, {.kind = MeasureKind::kSteepest, .rollout = 120}).value(), .6, 1e-12);
-  EXPECT_NEAR(measure(run, {.kind = MeasureKind::kSteepest, .rollout = 62}).value(), .24, 1e-12);
-  EXPECT_FALSE(measure(run, {.kind = MeasureKind::kSteepest, .rollout = 54}).has_value());
-  EXPECT_FALSE(measure(run, {.kind = MeasureKind::kDrop}).has_value());  // never switched
+  EXPECT_NEAR(measure({run, {}}, {.kind = MeasureKind::kGain, .rollout = 120}).value(), .4, 1e-12);
+  EXPECT_NEAR(measure({run, {}}, {.kind = MeasureKind::kGain, .rollout = 5}).value(), 0, 1e-12);
+  EXPECT_NEAR(measure({run, {}}, {.kind = MeasureKind::kSteepest, .rollout = 120}).value(), .6,
+              1e-12);
+  EXPECT_NEAR(measure({run, {}}, {.kind = MeasureKind::kSteepest, .rollout = 62}).value(), .24,
+              1e-12);
+  EXPECT_FALSE(measure({run, {}}, {.kind = MeasureKind::kSteepest, .rollout = 54}).has_value());
+  EXPECT_FALSE(measure({run, {}}, {.kind = MeasureKind::kDrop}).has_value());  // never switched
   run.switches = {79};
-  EXPECT_NEAR(measure(run, {.kind = MeasureKind::kDrop}).value(), .2, 1e-12);
+  EXPECT_NEAR(measure({run, {}}, {.kind = MeasureKind::kDrop}).value(), .2, 1e-12);
 }
 
 TEST(ClaimTest, ALikelihoodIsOfTheFitAndHasNoRepetitions) {
@@ -199,8 +201,8 @@ TEST(ClaimTest, SwitchesFallOrGrowFromConditionToCondition) {
 }
 
 TEST(ClaimTest, ARunThatNeverSwitchedCountsWithItsBudget) {
-  EXPECT_EQ(measure(level("a", 0, .5), {.kind = MeasureKind::kSwitch}), 10);
-  EXPECT_EQ(measure(level("a", 0, .5, 4), {.kind = MeasureKind::kSwitch}), 4);
+  EXPECT_EQ(measure({level("a", 0, .5), {}}, {.kind = MeasureKind::kSwitch}), 10);
+  EXPECT_EQ(measure({level("a", 0, .5, 4), {}}, {.kind = MeasureKind::kSwitch}), 4);
 }
 
 TEST(ClaimTest, SharesAndMeansAreJudgedByTheirIntervals) {
@@ -267,7 +269,7 @@ TEST(ClaimTest, FailedRolloutsCountWithTheirReward) {
   RunRecord run = level("a", 0, 1);
   run.rollouts[9].reward = 0;
   run.rollouts[9].status = RolloutStatus::kCrashed;
-  EXPECT_DOUBLE_EQ(measure(run, {}).value(), .8);
+  EXPECT_DOUBLE_EQ(measure({run, {}}, {}).value(), .8);
 }
 
 TEST(ClaimTest, HolmsCorrectionIsOverTheClaimsThatAreTested) {
@@ -282,6 +284,51 @@ TEST(ClaimTest, HolmsCorrectionIsOverTheClaimsThatAreTested) {
   EXPECT_FALSE(adjusted[1]);
   EXPECT_DOUBLE_EQ(*adjusted[2], .06);
   EXPECT_DOUBLE_EQ(*adjusted[3], .06);
+}
+
+/// What it ended with counts to the end of its budget, in every measure.
+TEST(MeasureTest, ARunThatHasReachedItsTargetGoesOnWithThatReward) {
+  const RunEnding ending{.budget = 20, .stop_at_reward = .8};
+  // The two that were under way when it was done are its own.
+  const RunRecord record = run_with("c", 0, 0, {.1, .1, .1, .1, .1, .85, .2, .3});
+  const MeasuredRun run(record, ending);
+  EXPECT_TRUE(run.goes_on());
+  const auto value = [&](MeasureKind kind, int rollout) {
+    return measure(run, {.kind = kind, .rollout = rollout});
+  };
+  EXPECT_DOUBLE_EQ(value(MeasureKind::kNear, 8).value(), (.1 + .1 + .85 + .2 + .3) / 5);
+  EXPECT_DOUBLE_EQ(value(MeasureKind::kNear, 9).value(), (.1 + .85 + .2 + .3 + .85) / 5);
+  EXPECT_DOUBLE_EQ(value(MeasureKind::kNear, 20).value(), .85);
+  EXPECT_DOUBLE_EQ(value(MeasureKind::kNear, 0).value(), .85);
+  EXPECT_DOUBLE_EQ(value(MeasureKind::kBest, 20).value(), .85);
+  EXPECT_DOUBLE_EQ(value(MeasureKind::kMean, 20).value(), (.5 + .85 + .5 + 12 * .85) / 20);
+  EXPECT_DOUBLE_EQ(value(MeasureKind::kGain, 20).value(), .75);
+  EXPECT_FALSE(value(MeasureKind::kNear, 21));
+  EXPECT_FALSE(measure({record, {}}, {.kind = MeasureKind::kBest, .rollout = 20}));
+}
+
+TEST(MeasureTest, ARunThatHasConvergedGoesOnWithItsLastRewardAndOneThatWasStoppedDoesNot) {
+  const RunEnding ending{.budget = 20, .stop_at_reward = {}, .is_on_convergence = true};
+  RunRecord record = run_with("c", 0, 0, {.1, .2, .3, .4, .5, .6});
+  const auto last = [&] { return measure(MeasuredRun(record, ending), {.rollout = 20}); };
+  EXPECT_FALSE(last()) << "it is under way";
+  record.final_reward = .7;
+  EXPECT_DOUBLE_EQ(last().value(), .6);
+  EXPECT_FALSE(MeasuredRun(record, {.budget = 20}).goes_on()) << "it was stopped";
+  EXPECT_FALSE(MeasuredRun(record, {.budget = 6, .is_on_convergence = true}).goes_on());
+  record.rollouts.back().status = RolloutStatus::kDiscarded;
+  EXPECT_FALSE(last()) << "it was given up";
+}
+
+TEST(MeasureTest, ARunThatNeverSwitchedCountsAtTheEndOfItsBudget) {
+  const RunEnding ending{.budget = 150, .stop_at_reward = .8};
+  RunRecord record = run_with("c", 0, 0, {.1, .9});
+  EXPECT_EQ(measure({record, ending}, {.kind = MeasureKind::kSwitch}), 150);
+  record.switches = {1};
+  EXPECT_EQ(measure({record, ending}, {.kind = MeasureKind::kSwitch}), 2);
+  record.rollouts.clear();
+  record.switches.clear();
+  EXPECT_FALSE(measure({record, ending}, {.kind = MeasureKind::kSwitch}));
 }
 
 }  // namespace
