@@ -21,22 +21,25 @@ bool differ(const std::vector<double>& rewards) {
 }
 
 /// All runs of a condition start from one policy.
-std::vector<double> start_rewards(const Runs& runs) {
-  std::vector<double> rewards;
+std::vector<Outcome> starts_of(const Runs& runs) {
+  std::vector<Outcome> starts;
   for (const RunRecord* run : runs) {
-    if (run->start && run->start->is_ok()) rewards.push_back(run->start->reward());
+    if (run->start) starts.push_back(*run->start);
   }
-  return rewards;
+  return starts;
 }
 
+/// A start that crashed on one host says nothing of the task.
 bool rewards_differ_for_one_policy(const Runs& runs) {
-  return differ(start_rewards(runs)) || std::ranges::any_of(runs, [](const RunRecord* run) {
+  std::vector<Outcome> starts = starts_of(runs);
+  std::erase_if(starts, [](const Outcome& start) { return !start.is_ok(); });
+  return differ(rewards_of(starts)) || std::ranges::any_of(runs, [](const RunRecord* run) {
            return differ(rewards_of(run->finals));
          });
 }
 
 /// Where one reward is luck, the start's is the mean over the runs, and a best roll-out says
-/// nothing. A start that failed in every run is worth what it was learnt from with: 0.
+/// nothing.
 void compare_with_start(const Runs& runs, ConditionSummary& summary) {
   for (const RunRecord* run : runs) {
     if (!run->start || run->start->is_discarded() || !run->final_reward) continue;
@@ -101,7 +104,7 @@ ConditionSummary summarize_condition(const Runs& runs, const Determinism& known)
   summary.mean_final_reward = mean(final_rewards);
   summary.final_interval_95 = runs.size() > 1 ? mean_interval_95(final_rewards)
                                               : mean_interval_95(rewards_of(runs[0]->finals));
-  summary.mean_start_reward = mean(start_rewards(runs));
+  summary.mean_start_reward = mean_reward(starts_of(runs));
   const auto said = known.find(summary.condition);
   summary.is_deterministic =
       said != known.end() ? said->second : !rewards_differ_for_one_policy(runs);

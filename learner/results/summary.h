@@ -27,11 +27,13 @@ struct ConditionSummary {
   std::optional<double> mean_final_reward;  ///< over those runs whose final policy was evaluated
   /// Of that mean over the runs; of one run alone: over the evaluations of its policy.
   std::optional<Interval> final_interval_95;
-  std::optional<double> mean_start_reward;  ///< over those runs whose start policy was evaluated
-  int num_compared = 0;                     ///< runs with a start and a final reward
-  int num_not_beating_start = 0;            ///< of these: neither best nor final policy is better
-  bool is_deterministic = true;             ///< one policy always had one reward
-  std::int64_t num_rollouts = 0;            ///< applied
+  /// mean_reward() over the runs whose start policy was evaluated: one that failed counts with 0,
+  /// as a final policy's evaluation does.
+  std::optional<double> mean_start_reward;
+  int num_compared = 0;           ///< runs with a start and a final reward
+  int num_not_beating_start = 0;  ///< of these: neither best nor final policy is better
+  bool is_deterministic = true;   ///< one policy always had one reward
+  std::int64_t num_rollouts = 0;  ///< applied
   std::int64_t num_failed = 0;
   std::array<std::int64_t, kNumRolloutStatuses> by_status{};
   std::string last_failure;  ///< "repetition 3, roll-out 17: diverged: ..."; empty: none

@@ -80,6 +80,18 @@ TEST(RemarksTest, ARunThatNeverBeatsItsStartIsCounted) {
               Contains("tree: 1 of 2 runs never beat the start policy, whose reward is 0.300"));
 }
 
+TEST(RemarksTest, AStartThatFailsNowAndThenIsWorthLessThanWhereItDoesNot) {
+  std::vector<RunRecord> runs;
+  for (int i = 0; i < 4; ++i) runs.push_back(ended(i, .7, {.9}, {.7, 0, .7, 0}));
+  for (const int i : {0, 1}) runs[i].start = Outcome::failed(RolloutStatus::kFailed);
+  runs[2].start = Outcome::discarded("nobody came");
+  const ConditionSummary one = summarize(runs, {{"tree", false}}).at(0);
+  EXPECT_DOUBLE_EQ(one.mean_start_reward.value(), .7 / 3);
+  EXPECT_EQ(one.num_not_beating_start, 0) << "the final policies are worth .35";
+  for (const int i : {2, 3}) runs[i].start = Outcome::failed(RolloutStatus::kFailed);
+  EXPECT_EQ(summarize(runs, {{"tree", false}}).at(0).mean_start_reward, 0);
+}
+
 TEST(RemarksTest, FailuresAreCountedByTheirKindWithTheLastReason) {
   RunRecord run = ended(0, .1, {.5, 0, 0, 0, .4}, {.4});
   for (const int i : {1, 2}) run.rollouts[i].status = RolloutStatus::kDiverged;
