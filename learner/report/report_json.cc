@@ -29,6 +29,7 @@ json to_json(const Claim& claim, const ClaimResult& result, const std::optional<
           {"study", claim.study},
           {"conditions", claim.conditions},
           {"measure", describe(claim.measure)},
+          {"against", describe(claim.against)},
           {"measured", result.measured},
           {"n", result.n},
           {"p", or_null(result.p)},

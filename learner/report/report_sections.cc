@@ -172,7 +172,7 @@ Section claims_section(const std::vector<Claim>& claims, const std::vector<Claim
     ++counts[result.verdict];
     const bool measured = result.verdict != Verdict::kNotMeasured;
     const std::string what =
-        measured ? describe(claims[i].measure) + ": " + result.measured : result.measured;
+        measured ? describe(claims[i]) + ": " + result.measured : result.measured;
     table.rows.push_back(
         {{claims[i].text, ""},
          {claims[i].section, ""},

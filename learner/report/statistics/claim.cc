@@ -282,6 +282,14 @@ ClaimResult judge_samples(const Claim& claim, const std::vector<Sample>& samples
 
 }  // namespace
 
+std::string describe(const Claim& claim) {
+  const std::string first = describe(claim.measure);
+  const bool has_others = claim.conditions.size() > 1 || !claim.others.empty();
+  if (!has_others || claim.against == claim.measure) return first;
+  return first + " (the first), " + describe(claim.against) +
+         (claim.conditions.size() == 2 ? " (the second)" : " (the others)");
+}
+
 std::string name(Verdict verdict) {
   switch (verdict) {
     case Verdict::kHolds:

@@ -46,6 +46,9 @@ struct Claim {
   std::string figure;  ///< id of one that shows it; empty: curves, or switches if it is about them
 };
 
+/// Its measures in words, that of the conditions after the first too where it is another one.
+std::string describe(const Claim& claim);
+
 enum class Verdict { kHolds, kFails, kInconclusive, kNotMeasured };
 /// holds, does not hold, inconclusive, not measured.
 std::string name(Verdict verdict);

@@ -56,6 +56,8 @@ struct Measure {
   MeasureKind kind = MeasureKind::kNear;
   int from = 1;     ///< roll-outs count from 1 here, as in the thesis's text
   int rollout = 0;  ///< 0: the last of each run, with those that it goes on for
+
+  bool operator==(const Measure&) const = default;
 };
 
 /// Nothing where a run lacks it: it was stopped before, never switched, has no final policy; and

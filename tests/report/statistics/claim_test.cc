@@ -286,6 +286,22 @@ TEST(ClaimTest, HolmsCorrectionIsOverTheClaimsThatAreTested) {
   EXPECT_DOUBLE_EQ(*adjusted[3], .06);
 }
 
+TEST(ClaimTest, WhatIsMeasuredOfTheSecondIsSaidWhereItIsAnother) {
+  Claim drop = claim(ClaimKind::kGreater, {"low", "low"});
+  drop.measure = drop.against = {.kind = MeasureKind::kBeforeSwitch};
+  EXPECT_EQ(describe(drop), "reward of the five roll-outs up to the switch");
+  drop.against.kind = MeasureKind::kAfterSwitch;
+  EXPECT_EQ(describe(drop),
+            "reward of the five roll-outs up to the switch (the first), reward of the five "
+            "roll-outs after the switch (the second)");
+  drop.kind = ClaimKind::kHighest;
+  drop.conditions.emplace_back("high");
+  EXPECT_THAT(describe(drop), HasSubstr("after the switch (the others)"));
+  drop.kind = ClaimKind::kWithin;
+  drop.conditions.resize(1);
+  EXPECT_EQ(describe(drop), "reward of the five roll-outs up to the switch");
+}
+
 /// What it ended with counts to the end of its budget, in every measure.
 TEST(MeasureTest, ARunThatHasReachedItsTargetGoesOnWithThatReward) {
   const RunEnding ending{.budget = 20, .stop_at_reward = .8};
