@@ -25,6 +25,13 @@ std::string means_text(const std::vector<Sample>& samples) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
+/// What counts where numbers are counted: a fit has one, whatever the repetitions.
+Values evidence(const Sample& sample) {
+  Values values = sample.present();
+  if (sample.is_of_fit) values.resize(1);
+  return values;
+}
+
 /// The same values, each greater by so much.
 Values shifted(Values values, double by) {
   for (double& value : values) value += by;
@@ -165,11 +172,28 @@ ClaimResult extreme(const Claim& claim, const std::vector<Sample>& samples, doub
   return result;
 }
 
+/// Numbers without chance: they grow, or they do not.
+ClaimResult ordered_fits(const std::vector<Sample>& samples, bool growing_wanted) {
+  const auto is_out_of_order = [&](const Sample& before, const Sample& after) {
+    const double step = *after.values.front() - *before.values.front();
+    return growing_wanted ? step <= 0 : step >= 0;
+  };
+  const bool holds = std::ranges::adjacent_find(samples, is_out_of_order) == samples.end();
+  ClaimResult result;
+  result.p = holds ? 0 : 1;
+  result.verdict = holds ? Verdict::kHolds : Verdict::kFails;
+  result.measured = means_text(samples);
+  return result;
+}
+
 ClaimResult ordered(const std::vector<Sample>& samples, bool growing_wanted) {
+  if (std::ranges::all_of(samples, &Sample::is_of_fit)) {
+    return ordered_fits(samples, growing_wanted);
+  }
   std::vector<Values> groups;
   std::vector<std::string> medians;
   for (const Sample& sample : samples) {
-    groups.push_back(sample.present());
+    groups.push_back(evidence(sample));
     medians.push_back(fmt::format("{} {:.3g}", sample.label, *median(groups.back())));
   }
   if (!growing_wanted) std::reverse(groups.begin(), groups.end());
@@ -187,13 +211,16 @@ ClaimResult share(const Claim& claim, const std::vector<Sample>& samples) {
   int inside = 0;
   int count = 0;
   for (const Sample& sample : samples) {
-    for (const double value : sample.present()) {
+    for (const double value : evidence(sample)) {
       ++count;
       if (value >= claim.low && value <= claim.high) ++inside;
     }
   }
   ClaimResult result;
-  result.interval = share_interval_95(inside, count);
+  const double seen = static_cast<double>(inside) / count;
+  result.interval = std::ranges::all_of(samples, &Sample::is_of_fit)
+                        ? Interval{.low = seen, .high = seen}
+                        : share_interval_95(inside, count);
   result.verdict = by_interval(*result.interval, claim.share_min, claim.share_max);
   result.measured = fmt::format("{} of {} in [{:g}, {:g}]", inside, count, claim.low, claim.high);
   return result;
@@ -329,9 +356,10 @@ ClaimResult judge(const Claim& claim, const std::vector<StudyResults>& studies) 
     if (present == 0) {
       return fmt::format("{}: no run has a {}", sample->label, describe(measure));
     }
+    const std::size_t num = evidence(*sample).size();
     counts.push_back(present == sample->values.size()
-                         ? std::to_string(present)
-                         : fmt::format("{} of {}", present, sample->values.size()));
+                         ? std::to_string(num)
+                         : fmt::format("{} of {}", num, sample->values.size()));
     into.push_back(*std::move(sample));
     return "";
   };
@@ -347,8 +375,6 @@ ClaimResult judge(const Claim& claim, const std::vector<StudyResults>& studies) 
   ClaimResult result = judge_samples(claim, samples, others);
   const bool all_equal = std::all_of(counts.begin(), counts.end(),
                                      [&](const std::string& count) { return count == counts[0]; });
-  // One fit, whatever the number of repetitions that began with it.
-  if (claim.measure.kind == MeasureKind::kLogLikelihood) counts.assign(1, "1");
   result.n = all_equal ? counts[0] : fmt::format("{}", fmt::join(counts, ", "));
   return result;
 }

@@ -57,10 +57,10 @@ Result<Sample> find_sample(const std::vector<StudyResults>& studies, const std::
   if (found == studies.end()) return Error{"study " + study_name + " is not among those given"};
   Sample sample{.label = name, .values = {}};
   const auto fit = found->log_likelihoods.find(name);
-  const bool is_of_fit =
+  sample.is_of_fit =
       wanted.kind == MeasureKind::kLogLikelihood && fit != found->log_likelihoods.end();
   for (const MeasuredRun& run : runs_of(*found, name)) {
-    sample.values.push_back(is_of_fit ? fit->second : measure(run, wanted));
+    sample.values.push_back(sample.is_of_fit ? fit->second : measure(run, wanted));
   }
   if (sample.values.empty()) return Error{"study " + study_name + " has no condition " + name};
   return sample;

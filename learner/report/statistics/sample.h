@@ -16,6 +16,9 @@ namespace treeroll::report {
 struct Sample {
   std::string label;                          ///< the condition
   std::vector<std::optional<double>> values;  ///< by repetition; nothing where a run lacks it
+  /// They are one number, said once for each repetition: that of the fit that all begin with. It is
+  /// certain, and its repetitions are no evidence.
+  bool is_of_fit = false;
 
   /// Those that are there.
   std::vector<double> present() const;

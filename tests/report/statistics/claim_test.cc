@@ -190,6 +190,37 @@ TEST(ClaimTest, ALikelihoodIsOfTheFitAndHasNoRepetitions) {
   const ClaimResult result = judge(likelier, given);
   EXPECT_EQ(result.verdict, Verdict::kFails);
   EXPECT_EQ(result.n, "1");
+  likelier.against = {.kind = MeasureKind::kNear, .rollout = 10};
+  EXPECT_EQ(judge(likelier, given).n, "1, 3");
+}
+
+TEST(ClaimTest, FitsThatAreCountedAreOneForEachCondition) {
+  StudyResults study{.name = "study", .directory = "", .runs = {}};
+  for (const char* condition : {"two", "eight", "four"}) {
+    for (int i = 0; i < 30; ++i) study.runs.push_back(level(condition, i, .5));
+  }
+  study.log_likelihoods = {{"two", -3.84}, {"eight", -2.31}, {"four", -2.96}};
+  Claim fits = claim(ClaimKind::kGrowing, {"two", "eight", "four"});
+  fits.measure = fits.against = {.kind = MeasureKind::kLogLikelihood};
+  const auto judged = [&] { return judge(fits, {study}); };
+  EXPECT_EQ(judged().verdict, Verdict::kFails);
+  EXPECT_EQ(judged().p, 1);
+  EXPECT_EQ(judged().n, "1");
+  fits.conditions = {"two", "four", "eight"};
+  EXPECT_EQ(judged().verdict, Verdict::kHolds);
+  fits.kind = ClaimKind::kFalling;
+  EXPECT_EQ(judged().verdict, Verdict::kFails);
+  fits.conditions = {"eight", "four", "two"};
+  EXPECT_EQ(judged().verdict, Verdict::kHolds);
+
+  fits.kind = ClaimKind::kShare;
+  fits.low = -3;
+  fits.high = 0;
+  fits.share_min = .6;
+  EXPECT_EQ(judged().verdict, Verdict::kHolds);
+  EXPECT_THAT(judged().measured, HasSubstr("2 of 3 in"));
+  fits.share_min = .7;
+  EXPECT_EQ(judged().verdict, Verdict::kFails);
 }
 
 TEST(ClaimTest, SwitchesFallOrGrowFromConditionToCondition) {
