@@ -49,22 +49,32 @@ void check_paths(const EvaluateOptions& options) {
   }
 }
 
-/// Index of the condition whose task counts.
+/// Null without any.
+json bounds_of(const Condition& condition) {
+  const json content = condition.start->content();
+  return content.value("bounds", json());
+}
+
+/// Index of the condition whose task and bounds count.
 std::size_t choose_condition(const Study& study, const std::string& name) {
   std::string known;
+  const Condition& first = study.conditions.front();
   bool share_a_task = true;
+  bool share_bounds = true;
   for (std::size_t c = 0; c < study.conditions.size(); ++c) {
-    if (study.conditions[c].name == name) return c;
-    known += (c == 0 ? "" : ", ") + study.conditions[c].name;
-    share_a_task =
-        share_a_task && study.conditions[c].task_content == study.conditions.front().task_content;
+    const Condition& condition = study.conditions[c];
+    if (condition.name == name) return c;
+    known += (c == 0 ? "" : ", ") + condition.name;
+    share_a_task = share_a_task && condition.task_content == first.task_content;
+    share_bounds = share_bounds && bounds_of(condition) == bounds_of(first);
   }
   if (!name.empty()) {
     throw ConfigError("--condition", name, "must be a condition of the study: " + known);
   }
-  if (!share_a_task) {
+  if (!share_a_task || !share_bounds) {
     throw ConfigError("--condition", "",
-                      "must be given, for the conditions have different tasks: " + known);
+                      fmt::format("must be given, for the conditions have different {}: {}",
+                                  share_a_task ? "policy.bounds" : "tasks", known));
   }
   return 0;
 }
@@ -199,16 +209,19 @@ void check_acts(const Policy& policy, const fs::path& path) {
 
 /// The file's policy with the bounds of the study, as policy.start_file has it: what a robot must
 /// never do counts for a policy that is older than them, too.
-std::string within_bounds(const PolicyFile& file, const fs::path& path, const Policy& start) {
-  const json study = start.content();
-  if (!study.contains("bounds")) return file.text;
+std::string within_bounds(const PolicyFile& file, const fs::path& path,
+                          const Condition& condition) {
+  const json bounds = bounds_of(condition);
+  if (bounds.is_null()) return file.text;
   json own = json::parse(to_json(*file.policy));
   if (own.contains("bounds")) {
-    if (own["bounds"] == study["bounds"]) return file.text;
+    if (own["bounds"] == bounds) return file.text;
     throw ConfigError("POLICY", path.string(),
-                      "has other bounds than the study: change policy.bounds of one of them");
+                      fmt::format("has other bounds than the study in condition {}: change "
+                                  "policy.bounds of one of them",
+                                  condition.name));
   }
-  own["bounds"] = study["bounds"];
+  own["bounds"] = bounds;
   std::string text = own.dump();
   const Result<PolicyPtr> bounded = learnable_policies().from_json(text);
   if (!bounded) {
@@ -241,7 +254,7 @@ void evaluate_policy(const EvaluateOptions& options) {
   }();
   check_signals(file, task, options.policy_file);
   check_acts(*file.policy, options.policy_file);
-  const std::string text = within_bounds(file, options.policy_file, *condition.start);
+  const std::string text = within_bounds(file, options.policy_file, condition);
 
   std::vector<Outcome> outcomes;
   std::map<std::string, double> terms;

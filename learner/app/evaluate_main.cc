@@ -17,7 +17,7 @@ void describe_evaluate(CommandLine& line, EvaluateOptions& options) {
       .required();
   line.add("STUDY", options.study_file, "Study file (TOML) that names the task").required();
   line.add("--condition", options.condition,
-           "Condition of the study whose task counts, where they differ");
+           "Condition of the study whose task and bounds count, where they differ");
   line.add("--set", options.overrides, "KEY=VALUE overrides a key of the study, TOML value")
       .one_value_each_time();
   line.add("--worker-program", options.worker_program.path, "Worker executable that knows the task")

@@ -275,6 +275,34 @@ TEST(BoundsTest, WhatIsRefusedFailsAndSaysWhy) {
   EXPECT_THAT(learnt.rollouts_csv, Not(HasSubstr(",ok,")));
 }
 
+/// A policy is worth what it was worth in its condition, or nothing is said.
+TEST(BoundsTest, AreThoseOfThePolicysOwnCondition) {
+  const Service service;
+  std::string text = text_of(SwingUpStudy{.repetitions = 1, .rollouts = 4});
+  text.erase(text.find("[[conditions]]"));
+  text += R"([[conditions]]
+name = "bounded"
+policy.bounds.outside = "clip"
+policy.bounds.output_min = [-2.0]
+policy.bounds.output_max = [2.0]
+[[conditions]]
+name = "free"
+)";
+  const auto learnt = service.learn(service.study(text), {"--local-workers", "1"});
+  ASSERT_EQ(learnt.status, 0) << learnt.log;
+  const std::string state = state_of(service);
+  std::vector<std::string> evaluate = {state + "/policies/free-0.json", state + "/study.toml",
+                                       "--json"};
+  const Said open = service.run("treeroll-evaluate", evaluate);
+  EXPECT_EQ(open.status, 2) << open.output;
+  EXPECT_THAT(open.errors, HasSubstr("--condition: must be given, for the conditions have "
+                                     "different policy.bounds: bounded, free"));
+  evaluate.insert(evaluate.end(), {"--condition", "free"});
+  const Said said = service.run("treeroll-evaluate", evaluate);
+  ASSERT_EQ(said.status, 0) << said.errors;
+  EXPECT_THAT(learnt.runs_csv, HasSubstr("," + json::parse(said.output)["reward"].dump() + ","));
+}
+
 TEST(BoundsTest, CountForAPolicyFileAsWell) {
   const Service service;
   const fs::path study = service.study(text_of(SwingUpStudy{.repetitions = 1, .rollouts = 2}));
