@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
@@ -122,6 +123,31 @@ std::vector<Factor> read_values(SettingsReader& reader, const std::string& path,
   return factors;
 }
 
+/// Adds each value below a table to those of its dotted key.
+void add_values(const json& table, const std::string& path,
+                std::map<std::string, std::vector<json>>& values) {
+  for (const auto& [key, value] : table.items()) {
+    const std::string full = path.empty() ? key : path + "." + key;
+    if (value.is_object()) {
+      add_values(value, full, values);
+    } else {
+      values[full].push_back(value);
+    }
+  }
+}
+
+/// The keys that the options do not all have with the same value: what their names stand for.
+void add_varied_keys(const std::vector<Factor>& options, std::vector<std::string>& keys) {
+  std::map<std::string, std::vector<json>> values;
+  for (const Factor& option : options) add_values(*option.overlay.settings, "", values);
+  for (const auto& [key, given] : values) {
+    const bool is_same =
+        given.size() == options.size() &&
+        std::ranges::all_of(given, [&](const json& value) { return value == given.front(); });
+    if (!is_same) keys.push_back(key);
+  }
+}
+
 std::vector<Factor> read_axis(const json& axis, const std::string& path,
                               const SettingOrigins& origins, std::vector<std::string>& keys) {
   if (!axis.is_object()) throw ConfigError(path, "", "must be a table");
@@ -141,6 +167,7 @@ std::vector<Factor> read_axis(const json& axis, const std::string& path,
     const std::string below = fmt::format("{}.options[{}]", path, factors.size());
     factors.push_back(read_named(option, below, origins));
   }
+  add_varied_keys(factors, keys);
   return factors;
 }
 

@@ -253,6 +253,15 @@ TEST(StudyDocumentTest, AnOverrideOfAKeyThatAnAxisVariesIsRefused) {
                   ": exploration.gamma is varied by an axis of this study; override axes instead");
   }
   EXPECT_EQ(refusal_of_document(kOneAxis, {"exploration.gamma2=5"}), "");
+  const std::string options =
+      "[[axes]]\noptions = [{name = \"bold\", exploration.initial_noise_factor = 1.0}, "
+      "{name = \"timid\", exploration.initial_noise_factor = 0.01, policy.fit.seed = 3}]\n";
+  for (const char* key : {"exploration.initial_noise_factor", "policy.fit.seed", "policy.fit"}) {
+    EXPECT_THAT(refusal_of_document(options, {std::string(key) + "=0.5"}),
+                HasSubstr("is varied by an axis of this study"))
+        << key;
+  }
+  EXPECT_EQ(refusal_of_document(options, {"exploration.first_update=5"}), "");
 }
 
 }  // namespace
