@@ -169,6 +169,31 @@ TEST(LiveStudyTest, NamesOfSignalsAreShownOnceAWorkerHasToldThem) {
   EXPECT_EQ(json::parse(condition_view(live, 0))["columns"], json({"time_s", "force_n"}));
 }
 
+TEST(LiveStudyTest, AFinalPolicyIsWorthTheMeanOfItsEvaluations) {
+  Study several = learner::small_study(30, 1);
+  several.final_evaluations = 4;
+  FedStudy study(several);
+  const auto final_of = [&] { return json::parse(run_view(*study.live, 0))["final"]; };
+  study.answer(31);
+  EXPECT_TRUE(final_of().is_null());
+  const auto answering = [](protocol::RolloutKey key, const Eigen::VectorXd&) {
+    if (key.number == learner::Run::final_number(1)) {
+      return Outcome::failed(RolloutStatus::kDiverged, "it fell");
+    }
+    return Outcome::ok(key.number == learner::Run::kFinal ? .9 : .3);
+  };
+  study.answer(1, answering);
+  EXPECT_EQ(final_of()["evaluations"], 1);
+  study.answer(3, answering);
+  const json said = final_of();
+  EXPECT_DOUBLE_EQ(said["reward"], (.9 + 0 + .3 + .3) / 4);
+  EXPECT_EQ(said["evaluations"], 4);
+  EXPECT_EQ(said["wanted"], 4);
+  EXPECT_EQ(said["failed"], 1);
+  EXPECT_EQ(said["reason"], "it fell");
+  EXPECT_EQ(said["reward"], study.core->run_records()[0].final_reward.value());
+}
+
 TEST(LiveStudyTest, ARunIsShownWithItsPolicyAndItsNoise) {
   FedStudy study(learner::small_study(30, 2));
   study.answer(25);

@@ -84,7 +84,7 @@ function show_curves() {
   const measure = by_id('measure').value;
   plots.curves.draw(...curves_plot(page.state.conditions, page.curves.conditions, page.hidden, measure));
   const widths = [...new Set(page.curves.conditions.map((each) => each.rollouts_per_point))].filter((width) => width > 1);
-  set_text(by_id('curves-note'), `${measure === 'best' ? 'The highest reward of a run up to each roll-out: its mean over runs.' : 'Over the runs of each condition; the band holds the middle half.'}${widths.length ? ` Each point is over ${widths.join(' or ')} roll-outs.` : ''} Dotted: where half of the runs had left a layer. Beside the names: the mean of the runs' best rewards.`);
+  set_text(by_id('curves-note'), `${measure === 'best' ? 'The highest reward of a run up to each roll-out: its mean over runs.' : 'Over those runs of each condition that have come so far; the band holds the middle half.'}${widths.length ? ` Each point is over ${widths.join(' or ')} roll-outs.` : ''} Dotted: where half of the runs had left a layer. Beside the names: the mean of the runs' best rewards.`);
 }
 
 function show_tables() {
@@ -150,6 +150,14 @@ async function look_at_runs() {
   page.runs_per_page = data.per_page;
 }
 
+/** What a final policy is worth: the mean of its evaluations, of which one that failed counts with 0. */
+function final_words(final) {
+  if (final.wanted === 1) return final.status === 'ok' ? shown(final.reward) : final.status;
+  const reward = final.reward === null ? 'without a reward' : shown(final.reward);
+  const failed = final.failed ? `, ${final.failed} failed: ${final.status}` : '';
+  return `${reward}, the mean of ${final.evaluations} of ${final.wanted} evaluations${failed}`;
+}
+
 async function look_at_run() {
   if (!is_news('run', `${page.state.version} ${page.run_index}`)) return;
   const {data} = await get(`/api/runs/${page.run_index}`);
@@ -160,7 +168,7 @@ async function look_at_run() {
   const said = [`Layer ${data.layer}`];
   if (data.switches.length) said.push(`left after ${data.switches.map((each) => each + 1).join(', ')} roll-outs`);
   if (data.start) said.push(`start policy ${data.start.status === 'ok' ? shown(data.start.reward) : data.start.status}`);
-  if (data.final) said.push(`final policy ${data.final.status === 'ok' ? shown(data.final.reward) : data.final.status}`);
+  if (data.final) said.push(`final policy ${final_words(data.final)}`);
   if (data.failed) said.push(`${counted(data.failed)} failed (red marks)`);
   set_text(by_id('run-note'), `${said.join('; ')}.`);
   set_slider();

@@ -1,7 +1,9 @@
 // Runs: a table of them, and one with all that is to be seen of it.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
 #include "learner/web/views/policy_view.h"
@@ -112,6 +114,27 @@ json outcome_view(const std::optional<learner::Answer>& answer) {
           {"reason", answer->outcome.reason()}};
 }
 
+/// Of the evaluations of the final policy that are in: their mean is what it is worth, as in
+/// runs.csv. Null before the first; no reward where all are void.
+json final_view(const Run& run, int num_evaluations) {
+  std::vector<Outcome> outcomes;
+  for (int i = 0; i < num_evaluations; ++i) {
+    const auto answer = run.answer_of(Run::final_number(i));
+    if (answer) outcomes.push_back(answer->outcome);
+  }
+  if (outcomes.empty()) return nullptr;
+  const std::optional<double> reward = mean_reward(outcomes);
+  const auto num_ok = std::ranges::count_if(outcomes, &Outcome::is_ok);
+  // Where some failed, one of them says why.
+  const Outcome& shown = *std::ranges::min_element(outcomes, {}, &Outcome::is_ok);
+  return {{"reward", reward ? json(*reward) : json(nullptr)},
+          {"status", name(shown.status())},
+          {"reason", shown.reason()},
+          {"evaluations", outcomes.size()},
+          {"wanted", num_evaluations},
+          {"failed", static_cast<std::int64_t>(outcomes.size()) - num_ok}};
+}
+
 }  // namespace
 
 std::string runs_view(const LiveStudy& study, const RunsQuery& query) {
@@ -143,7 +166,7 @@ std::string run_view(const LiveStudy& study, int run_index) {
   view["switches"] = run.exploration().switches();
   view["reasons"] = run.reasons();
   view["start"] = outcome_view(run.answer_of(Run::kStart));
-  view["final"] = outcome_view(run.answer_of(Run::kFinal));
+  view["final"] = final_view(run, study.core().study().final_evaluations);
   view["now"] = now_view(run);
   return dumped(view);
 }
