@@ -208,7 +208,8 @@ Section study_section(const StudyResults& study, const std::vector<Picture>& fig
   section.blocks.emplace_back(
       "Rewards of roll-outs are of perturbed policies; those of the start policy and of "
       "the mean policy are evaluated apart from the budget. Intervals are of the mean over "
-      "repetitions, by Student's t. A failed "
+      "repetitions, by Student's t; of one run, that of the mean policy is over its evaluations. A "
+      "failed "
       "roll-out "
       "counts with reward 0; a run without an end was stopped before its final policy was "
       "evaluated.");

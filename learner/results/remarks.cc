@@ -68,6 +68,10 @@ std::vector<std::string> remarks(const ConditionSummary& c) {
                     c.num_not_beating_start, c.num_compared,
                     shown_reward(c.mean_start_reward.value_or(0))));
   }
+  if (c.num_runs == 1 && c.final_interval_95) {
+    say("of one run the interval of the final reward is over the evaluations of its policy; other "
+        "runs may come to other policies");
+  }
   if (c.recommended) say(advice(c));
   return said;
 }

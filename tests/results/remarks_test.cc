@@ -57,6 +57,14 @@ TEST(RemarksTest, TheMeanPolicyIsTakenWhereTheTaskIsNoisyHoweverHighTheBest) {
               HasSubstr("study.final_evaluations = 20 says more"));
 }
 
+TEST(RemarksTest, TheIntervalOfOneRunIsSaidToBeOfItsPolicyAlone) {
+  const RunRecord run = ended(0, .1, {.5}, {.4, .6, .5});
+  EXPECT_THAT(said_of({run}), Contains(HasSubstr("over the evaluations of its policy")));
+  EXPECT_THAT(said_of({run, ended(1, .1, {.5}, {.4, .6, .5})}),
+              Not(Contains(HasSubstr("over the evaluations of its policy"))));
+  EXPECT_THAT(said_of({ended(0, .1, {.5}, {.4})}), Not(Contains(HasSubstr("of one run"))));
+}
+
 TEST(RemarksTest, StartsOfOneConditionThatDifferShowANoisyTask) {
   EXPECT_TRUE(summarize({ended(0, .1, {.5}, {.4}), ended(1, .1, {.5}, {.4})})[0].is_deterministic);
   const std::vector<RunRecord> differ = {ended(0, .1, {.5}, {.4}), ended(1, .2, {.5}, {.4})};
