@@ -1,5 +1,6 @@
 """Following a study on LCM, and the bytes on the wire."""
 
+import hashlib
 import json
 import os
 import subprocess
@@ -146,6 +147,39 @@ class WatcherTest(ProgramTest):
         kept = [treeroll.Policy.load(self.folder / f"state/policies/flat-{i}.json").theta
                 for i in (0, 1)]
         self.assertIn(found, kept)
+
+    def test_a_resume_takes_no_better_policy_away(self):
+        def status(learner):
+            return {"learner_id": learner, "study": "mine", "num_runs": 2, "num_runs_done": 0}
+
+        def tell(learner, run, reward):
+            text = f'{{"run": {run}, "reward": {reward}}}'.encode()
+            watcher._take("TREEROLL_RUNS", {"learner_id": learner, "run": run, "best_reward": reward,
+                                            "done": False})
+            watcher._take("TREEROLL_BEST", {
+                "learner_id": learner, "run": run, "condition": "c", "repetition": run, "rollout": 3,
+                "reward": reward, "total_bytes": len(text), "index": 0, "piece": text,
+                "policy_id": hashlib.blake2b(text, digest_size=16).digest()})
+
+        with treeroll.Watcher("mine", lcm_url(6)) as watcher:
+            watcher._take("TREEROLL_LEARNER", status(1))
+            tell(1, 0, .5)
+            tell(1, 1, .9)
+            watcher._heard -= 100  # killed, and resumed later
+            watcher._take("TREEROLL_LEARNER", status(2))
+            self.assertEqual(watcher.best().reward, .9)
+            tell(2, 0, .6)
+            self.assertEqual(sorted(b.reward for b in watcher.all_best()), [.6, .9])
+            # Its last result was not on the disk: what the learner says counts in the end.
+            tell(2, 1, .8)
+            self.assertEqual(watcher.best().reward, .8)
+            # Another study of this name begins: what it knows is told at once, which is nothing.
+            watcher._heard -= 100
+            watcher._take("TREEROLL_LEARNER", status(3))
+            for run in (0, 1):
+                watcher._take("TREEROLL_RUNS", {"learner_id": 3, "run": run, "best_reward": 0,
+                                                "done": False})
+            self.assertIsNone(watcher.best())
 
     def test_silence_and_wrong_urls_are_errors(self):
         with treeroll.Watcher(None, lcm_url(6)) as watcher:

@@ -60,6 +60,8 @@ class Watcher:
         self._status: Optional[dict] = None
         self._runs: dict[int, dict] = {}
         self._best: dict[int, tuple[dict, str]] = {}
+        # Of the incarnation before, until this one has told its own.
+        self._best_before: dict[int, tuple[dict, str]] = {}
         self._pieces: dict[int, dict[str, Any]] = {}
         self._bus = UdpmBus(lcm_url, set(_KINDS))
 
@@ -137,10 +139,11 @@ class Watcher:
         return max(found, key=lambda b: b.reward, default=None)
 
     def all_best(self) -> list[BestPolicy]:
-        """That of each run of which one is known."""
+        """That of each run of which one is known. After a resume, what was known before stands until the
+        learner has told of every run again: they take turns."""
         study = self._status["study"] if self._status else ""
         return [BestPolicy(study, m["condition"], m["repetition"], m["rollout"], m["reward"], text)
-                for m, text in self._best.values()]
+                for m, text in {**self._best_before, **self._best}.values()]
 
     def wait_for_best(self, timeout_s: float, condition: Optional[str] = None) -> BestPolicy:
         """The same, waiting for it. Raises TimeoutError."""
@@ -161,15 +164,26 @@ class Watcher:
             if self._learner != learner:
                 # Another incarnation, after a resume: its runs tell what there is again.
                 self._learner, self._study = learner, message["study"]
+                self._best_before.update(self._best)
                 self._runs, self._best, self._pieces = {}, {}, {}
             self._status = message
+            self._forget_before()
             return True
         if learner != self._learner:
             return False
         if channel == "TREEROLL_RUNS":
             self._runs[message["run"]] = message
+            self._forget_before()
             return True
         return self._take_piece(message)
+
+    def _forget_before(self) -> None:
+        """What was known before, once each run has told of itself and its best policy, if it has one."""
+        status = self._status
+        if not self._best_before or status is None or len(self._runs) < status["num_runs"]:
+            return
+        if all(run["best_reward"] <= 0 or i in self._best for i, run in self._runs.items()):
+            self._best_before = {}
 
     def _take_piece(self, message: dict) -> bool:
         total, index = message["total_bytes"], message["index"]
@@ -190,4 +204,5 @@ class Watcher:
             del self._pieces[message["run"]]
             return False
         self._best[message["run"]] = (message, content.decode())
+        self._forget_before()
         return True
