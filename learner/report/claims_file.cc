@@ -58,16 +58,12 @@ Measure read_measure(SettingsReader& reader) {
 }
 
 void read_kind(SettingsReader& reader, Claim& claim) {
-  static const std::map<std::string, ClaimKind> kKinds = {
-      {"greater", ClaimKind::kGreater},    {"equal_within", ClaimKind::kEqualWithin},
-      {"highest", ClaimKind::kHighest},    {"lowest", ClaimKind::kLowest},
-      {"growing", ClaimKind::kGrowing},    {"falling", ClaimKind::kFalling},
-      {"share", ClaimKind::kShare},        {"within", ClaimKind::kWithin},
-      {"spread", ClaimKind::kSpread},      {"equal_medians", ClaimKind::kEqualMedians},
-      {"deviation", ClaimKind::kDeviation}};
-  claim.kind = kKinds.at(
-      reader.choice("kind", {"greater", "equal_within", "equal_medians", "highest", "lowest",
-                             "growing", "falling", "share", "within", "deviation", "spread"}));
+  std::vector<std::string_view> kinds;
+  for (const auto& [name, kind] : kClaimKinds) kinds.push_back(name);
+  const std::string chosen = reader.choice("kind", kinds);
+  claim.kind = std::ranges::find(kClaimKinds, std::string_view(chosen), [](const auto& named) {
+                 return named.first;
+               })->second;
   switch (claim.kind) {
     case ClaimKind::kGreater:
       claim.paired = reader.boolean("paired", false);

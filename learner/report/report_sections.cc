@@ -256,16 +256,12 @@ Section comparison_section(const std::string& title, const std::vector<Compariso
       ".05, of those at which both have two runs, plain and corrected over all of them. Within a "
       "study "
       "every two conditions are compared whose names differ in one part alone.");
-  std::vector<double> p;
-  for (const Comparison& comparison : comparisons) {
-    if (comparison.end) p.push_back(comparison.end->p);
-  }
-  const std::vector<double> adjusted = holm(p);
+  const std::vector<std::optional<double>> adjusted = adjusted_p(comparisons);
   Table table{.columns = {"first", "second", "n", "mean", "mean", "difference, 95 %", "p",
                           "p (Holm)", "paired p", "Hedges' g", "roll-outs ahead", "(Holm)"},
               .rows = {}};
-  std::size_t tested = 0;
-  for (const Comparison& comparison : comparisons) {
+  for (std::size_t i = 0; i < comparisons.size(); ++i) {
+    const Comparison& comparison = comparisons[i];
     const auto ahead = [](const Comparison::ByRollout& values) {
       const auto num_tested = std::count_if(values.begin(), values.end(),
                                             [](const auto& value) { return value.has_value(); });
@@ -274,11 +270,9 @@ Section comparison_section(const std::string& title, const std::vector<Compariso
       return fmt::format("{} of {}", count, num_tested);
     };
     std::optional<double> p_end;
-    std::optional<double> p_holm;
     std::optional<Interval> interval;
     if (comparison.end) {
       p_end = comparison.end->p;
-      p_holm = adjusted[tested++];
       interval = comparison.end->interval_95;
     }
     std::optional<double> p_paired;
@@ -290,7 +284,7 @@ Section comparison_section(const std::string& title, const std::vector<Compariso
                           {number(comparison.mean_b), ""},
                           {text(interval), ""},
                           {text_of_p(p_end), ""},
-                          {text_of_p(p_holm), ""},
+                          {text_of_p(adjusted[i]), ""},
                           {text_of_p(p_paired), ""},
                           {number(comparison.g), ""},
                           {ahead(comparison.p), ""},

@@ -146,5 +146,50 @@ TEST(ReportTest, ClaimsAreCountedAndLinkedToWhatShowsThem) {
   EXPECT_EQ(json["studies"][0]["conditions"][1]["first_switch"]["median"], 4);
 }
 
+/// A program has from report.json what a person has from the tables.
+TEST(ReportTest, TheJsonHasWhatTheTablesHave) {
+  std::vector<StudyResults> studies = two_studies();
+  studies[0].runs[0].rollouts[1].status = RolloutStatus::kDiverged;
+  Claim claim;
+  claim.study = "mine";
+  claim.conditions = {"tree", "flat"};
+  claim.against = {.kind = MeasureKind::kBest};
+  claim.margin = -.5;
+  Claim share = claim;
+  share.kind = ClaimKind::kShare;
+  share.high = 1;
+  share.share_min = .25;
+  const std::vector<Claim> claims = {claim, share};
+  const std::vector<ClaimResult> results = {judge(claim, studies), judge(share, studies)};
+  const Comparison ahead =
+      compare("tree", runs_of(studies[0], "tree"), "flat", runs_of(studies[0], "flat"), true);
+  const std::vector<Comparison> comparisons = {ahead, ahead};
+  const auto json = nlohmann::json::parse(report_json(claims, results, studies, comparisons));
+
+  const auto& first = json["claims"][0];
+  EXPECT_EQ(first["kind"], "greater");
+  EXPECT_EQ(first["margin"], -.5);
+  EXPECT_EQ(first["against"], "best reward up to the last roll-out");
+  EXPECT_EQ(first["range"], nullptr);
+  EXPECT_EQ(first["hedges_g"], *results[0].g);
+  EXPECT_EQ(json["claims"][1]["kind"], "share");
+  EXPECT_EQ(json["claims"][1]["range"], nlohmann::json({0., 1.}));
+  EXPECT_EQ(json["claims"][1]["share"], nlohmann::json({.25, 1.}));
+  const double p = json["comparisons"][0]["p"];
+  EXPECT_LT(p, .01);
+  EXPECT_DOUBLE_EQ(json["comparisons"][0]["p_holm"], 2 * p) << "of two";
+
+  const auto& condition = json["studies"][0]["conditions"][0];
+  std::vector<double> near_end;
+  for (const MeasuredRun& run : runs_of(studies[0], condition["condition"].get<std::string>())) {
+    near_end.push_back(measure(run, {}).value());
+  }
+  EXPECT_EQ(condition["near_end_median"], *median(near_end));
+  EXPECT_EQ(condition["runs_without_end"], near_end.size());
+  EXPECT_EQ(condition["failed"], 1);
+  EXPECT_EQ(condition["failed_by_status"]["diverged"], 1);
+  EXPECT_EQ(condition["failed_by_status"]["given_up"], 0);
+}
+
 }  // namespace
 }  // namespace treeroll::report

@@ -78,9 +78,8 @@ ClaimResult greater(const Claim& claim, const std::vector<Sample>& samples) {
   result.verdict = by_p(test->p, 1 - test->p);
   result.measured = fmt::format("{}; difference {:+.3g}{}", means_text(samples),
                                 test->difference + claim.margin, margin_text(claim.margin));
-  if (const auto g = hedges_g(samples[0].present(), samples[1].present()); g && !claim.paired) {
-    result.measured += fmt::format(", g {:.2f}", *g);
-  }
+  if (!claim.paired) result.g = hedges_g(samples[0].present(), samples[1].present());
+  if (result.g) result.measured += fmt::format(", g {:.2f}", *result.g);
   if (paired && !claim.paired) result.measured += fmt::format("; paired p {:.2g}", paired->p);
   return result;
 }
@@ -308,6 +307,13 @@ ClaimResult judge_samples(const Claim& claim, const std::vector<Sample>& samples
 }
 
 }  // namespace
+
+std::string_view name(ClaimKind kind) {
+  const auto found =
+      std::ranges::find(kClaimKinds, kind, [](const auto& named) { return named.second; });
+  CHECK(found != kClaimKinds.end(), "a ClaimKind outside its enumeration");
+  return found->first;
+}
 
 std::string describe(const Claim& claim) {
   const std::string first = describe(claim.measure);

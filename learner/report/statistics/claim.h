@@ -1,7 +1,10 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "learner/report/statistics/measure.h"
@@ -26,6 +29,22 @@ enum class ClaimKind {
                ///< `others`: one-sided Welch on these ranges. A range grows with the number of
                ///< conditions, so both are equally many
 };
+
+/// As a claims file names them.
+inline constexpr std::array<std::pair<std::string_view, ClaimKind>, 11> kClaimKinds{{
+    {"greater", ClaimKind::kGreater},
+    {"equal_within", ClaimKind::kEqualWithin},
+    {"equal_medians", ClaimKind::kEqualMedians},
+    {"highest", ClaimKind::kHighest},
+    {"lowest", ClaimKind::kLowest},
+    {"growing", ClaimKind::kGrowing},
+    {"falling", ClaimKind::kFalling},
+    {"share", ClaimKind::kShare},
+    {"within", ClaimKind::kWithin},
+    {"deviation", ClaimKind::kDeviation},
+    {"spread", ClaimKind::kSpread},
+}};
+std::string_view name(ClaimKind kind);
 
 /// A row of a claims file.
 struct Claim {
@@ -55,9 +74,10 @@ std::string name(Verdict verdict);
 
 struct ClaimResult {
   Verdict verdict = Verdict::kNotMeasured;
-  std::string measured;     ///< figures in words, or why there are none
-  std::string n;            ///< repetitions that have the measure: "30, 30"; "29 of 30, 30"
-  std::optional<double> p;  ///< of the claim; small speaks for it
+  std::string measured;          ///< figures in words, or why there are none
+  std::string n;                 ///< repetitions that have the measure: "30, 30"; "29 of 30, 30"
+  std::optional<double> p;       ///< of the claim; small speaks for it
+  std::optional<double> g = {};  ///< Hedges', of kGreater that is not paired
   std::optional<Interval> interval;  ///< 95 %, of the difference, mean or share that counts
 };
 

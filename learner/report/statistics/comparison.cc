@@ -54,6 +54,14 @@ Comparison compare(const std::string& label_a, const std::vector<MeasuredRun>& a
   return comparison;
 }
 
+std::vector<std::optional<double>> adjusted_p(const std::vector<Comparison>& comparisons) {
+  std::vector<std::optional<double>> p;
+  for (const Comparison& comparison : comparisons) {
+    p.push_back(comparison.end ? std::optional(comparison.end->p) : std::nullopt);
+  }
+  return holm_of_present(p);
+}
+
 std::vector<Comparison::ByRollout> family_wise(const std::vector<Comparison>& comparisons) {
   Comparison::ByRollout family;
   for (const Comparison& comparison : comparisons) {

@@ -29,6 +29,9 @@ struct Comparison {
 Comparison compare(const std::string& label_a, const std::vector<MeasuredRun>& a,
                    const std::string& label_b, const std::vector<MeasuredRun>& b, bool share_draws);
 
+/// Holm's adjusted p of each comparison at the end, over those that have one.
+std::vector<std::optional<double>> adjusted_p(const std::vector<Comparison>& comparisons);
+
 /// Every roll-out of several comparisons as one family: two-sided p-values by Holm's step-down over
 /// all of them. Below .05 wherever something is there but for a chance of 5 % that any of all these
 /// is false, however the tests depend on each other.
