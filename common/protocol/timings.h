@@ -34,7 +34,7 @@ inline constexpr Duration kAskIntervalMin = std::chrono::milliseconds(5);
 inline constexpr Duration kAskIntervalMax = std::chrono::milliseconds(50);
 inline constexpr Duration kDefinitionWaitMax = std::chrono::seconds(30);
 /// A learner that is silent for so long is gone: what it has asked is given up, and the evaluators
-/// that work on it are ended.
+/// that work on it are ended. A trial that runs and is not repeatable is finished.
 inline constexpr Duration kLearnerGone = std::chrono::seconds(12);
 /// A learner that is silent for so long is forgotten, and its answers with it.
 inline constexpr Duration kLearnerSilenceMax = std::chrono::seconds(60);

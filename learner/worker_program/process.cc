@@ -25,6 +25,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kCannotStart = 127;
+/// A worker in haste still gives its programs a grace: 3 s.
+constexpr std::chrono::milliseconds kHasteGrace(5000);
 
 struct Pipe {
   int read_end = -1;
@@ -210,8 +212,11 @@ Result<PipedChild> start_piped_child(const std::filesystem::path& program,
 }
 
 void end_child(pid_t child, std::chrono::milliseconds grace) {
-  kill(child, SIGTERM);
-  if (!wait_until(child, Clock::now() + grace)) kill_and_reap(child);
+  for (const std::chrono::milliseconds patience : {grace, kHasteGrace}) {
+    kill(child, SIGTERM);
+    if (wait_until(child, Clock::now() + patience)) return;
+  }
+  kill_and_reap(child);
 }
 
 }  // namespace treeroll

@@ -49,7 +49,8 @@ struct PipedChild {
 Result<PipedChild> start_piped_child(const std::filesystem::path& program,
                                      const std::vector<std::string>& arguments, int niceness);
 
-/// Asks a child to end (SIGTERM), waits up to `grace`, kills it then. Reaps it.
+/// Asks a child to end (SIGTERM), waits up to `grace`. Asks it again then, which to our programs
+/// means at once, and kills it where that ends it neither. Reaps it.
 void end_child(pid_t child, std::chrono::milliseconds grace);
 
 }  // namespace treeroll

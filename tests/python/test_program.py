@@ -3,6 +3,9 @@
 import io
 import json
 import math
+import signal
+import subprocess
+import sys
 import unittest
 
 from support import policy_text
@@ -36,6 +39,24 @@ class Reach(treeroll.Task):
             self.record(time_s=k, x_m=math.inf if k == 2 else policy(k), pose=[[0, 0, k, 1]])
         self.terms["miss_m"] = policy(0.5) - self.goal_m
         return 1 / (1 + self.terms["miss_m"] ** 2)
+
+
+ROBOT = """
+import time, treeroll
+
+class Robot(treeroll.Task):
+    def describe(self):
+        return treeroll.Description(1, 1, 100.0, repeatable=False)
+
+    def evaluate(self, policy, seed):
+        try:
+            print("moves", flush=True)
+            time.sleep(100)
+        finally:
+            print("motors off", flush=True)
+
+treeroll.run(Robot)
+"""
 
 
 class Other(treeroll.Task):
@@ -120,3 +141,15 @@ class ProgramLinesTest(unittest.TestCase):
             answers(tasks=(Reach, Reach))
         with self.assertRaises(ValueError):
             answers(tasks=())
+
+
+class ProgramEndTest(unittest.TestCase):
+    def test_a_worker_that_ends_it_lets_it_stop_its_motors(self):
+        with subprocess.Popen([sys.executable, "-c", ROBOT], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, text=True) as program:
+            for asked in (describe("robot"), evaluate()):
+                print(json.dumps(asked), file=program.stdin, flush=True)
+            self.assertEqual(program.stderr.readline(), "moves\n")
+            program.terminate()
+            self.assertEqual(program.stderr.read(), "motors off\n")
+            self.assertEqual(program.wait(), -signal.SIGTERM, "as of a program that knows nothing of it")

@@ -216,6 +216,11 @@ void SimulatedWorker::perform(const worker::StartEvaluator& effect) {
   });
 }
 
+/// Without a user's program nobody is asked.
+void SimulatedWorker::perform(const worker::EndEvaluator&) {
+  observer_.require(false, "an evaluator without a program is asked to end");
+}
+
 void SimulatedWorker::perform(const worker::KillEvaluator& effect) {
   evaluators_[static_cast<std::size_t>(effect.evaluator)].num_killed = -1;  // its own fault
   die(effect.evaluator, kPipeDelay, worker::Death::kForeignSignal, kSigkill);

@@ -62,6 +62,7 @@ class SimulatedWorker : public Node {
 
   void perform(const worker::SendMessage& effect);
   void perform(const worker::StartEvaluator& effect);
+  void perform(const worker::EndEvaluator& effect);
   void perform(const worker::KillEvaluator& effect);
   void perform(const worker::LoadDefinition& effect);
   void perform(const worker::ForgetDefinition& effect);

@@ -86,6 +86,18 @@ def evaluate(asked):
         thread.join()
     if mode == "sleeps":
         time.sleep(1000)
+    if mode == "moves":
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
+        try:
+            print("moves", file=sys.stderr, flush=True)
+            time.sleep(1000)
+        finally:
+            time.sleep(0.5)
+            print("motors off", file=sys.stderr, flush=True)
+    if mode == "moves_on":
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        print("moves", file=sys.stderr, flush=True)
+        time.sleep(1000)
     if mode == "closes_output":
         os.close(1)
         time.sleep(1000)

@@ -212,6 +212,19 @@ TEST_F(UserProgramTest, OneThatLeadsAGroupTakesAlongWhatItHasStarted) {
   if (is_alive(sleeper)) kill(sleeper, SIGKILL);
 }
 
+TEST_F(UserProgramTest, OneThatIsEndedMayStopItsMotors) {
+  start();
+  program_->set_answer_limit(std::chrono::milliseconds(500));
+  EXPECT_EQ(end_of("moves").rule, 3);
+  EXPECT_THAT(log_, Contains("in run 3, roll-out 17: motors off"));
+  start();
+  program_->set_answer_limit(std::chrono::milliseconds(500));
+  const pid_t pid = program_->process().pid();
+  end_of("moves_on");  // which does not listen
+  program_.reset();
+  EXPECT_FALSE(is_alive(pid));
+}
+
 TEST_F(UserProgramTest, ItEndsWithItsObject) {
   start();
   const pid_t pid = program_->process().pid();

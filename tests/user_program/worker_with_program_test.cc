@@ -104,6 +104,30 @@ TEST(WorkerWithProgramTest, WhatEndsAProgramThriceIsAnsweredSo) {
   EXPECT_THAT(stage.worker.errors(), HasSubstr("ended with status 3"));
 }
 
+TEST(WorkerWithProgramTest, AProgramPastItsTimeMayStopItsMotors) {
+  Stage stage(27, {"--processes=1"});
+  ASSERT_TRUE(stage.learner.meet_worker());
+  stage.define({{"mode", "moves"}, {"time_limit_s", .2}});
+  EXPECT_EQ(stage.outcome(0).status(), RolloutStatus::kTimedOut);
+  EXPECT_THAT(stage.worker.errors(), HasSubstr("in run 0, roll-out 0: motors off"));
+}
+
+TEST(WorkerWithProgramTest, AProgramOfAWorkerThatEndsMayStopItsMotors) {
+  Stage stage(28, {"--processes=1"});
+  ASSERT_TRUE(stage.learner.meet_worker());
+  stage.define({{"mode", "moves"}, {"time_limit_s", 1000}});
+  stage.learner.ask(0, 1);
+  const auto has_said = [&](const char* words) {
+    return [&stage, words] { return stage.worker.errors().find(words) != std::string::npos; };
+  };
+  ASSERT_TRUE(stage.learner.until(has_said("roll-out 0: moves")));
+  stage.worker.signal(SIGTERM);
+  ASSERT_TRUE(stage.learner.until(has_said("draining")));
+  stage.worker.signal(SIGTERM);  // in haste
+  EXPECT_EQ(stage.worker.wait(), 1);
+  EXPECT_THAT(stage.worker.errors(), HasSubstr("roll-out 0: motors off"));
+}
+
 TEST(WorkerWithProgramTest, WantOfMemoryEndsAProgram) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer has more memory than any limit allows";

@@ -217,6 +217,25 @@ TEST(WorkerEvaluatorsTest, AnHonestRolloutOnACrowdedMachineIsNeitherStruckNorFai
   }
 }
 
+TEST(WorkerEvaluatorsTest, OneWithAProgramIsAskedToEndBeforeItIsKilled) {
+  Stage stage(1, [](WorkerSettings& settings) { settings.end_grace = 2s; });
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.cpu_time = 2s;
+  stage.pass_heard(1500ms);
+  ASSERT_THAT(stage.effects<EndEvaluator>(), SizeIs(1));
+  EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty()) << "its program may have motors to stop";
+  stage.pass_heard(1s);
+  stage.finish(0);  // which takes nothing from the end of its grace
+  EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty());
+  stage.pass_heard(1s);
+  EXPECT_THAT(stage.effects<KillEvaluator>(), SizeIs(1));
+  EXPECT_THAT(stage.effects<EndEvaluator>(), SizeIs(1));
+  stage.die(0, Death::kForeignSignal);
+  stage.ask({stage.request(2)});
+  EXPECT_EQ(stage.runs().back().request.key.number, 2);
+}
+
 TEST(WorkerEvaluatorsTest, AResultOnItsWayWhileWeKilledCounts) {
   Stage stage;
   stage.define();

@@ -60,6 +60,42 @@ TEST(WorkerLearnersTest, GivesUpTheWorkOfALearnerThatIsGoneAndEndsTheEvaluatorsT
   EXPECT_EQ(stage.runs()[0].request.key.number, 3);
 }
 
+TEST(WorkerLearnersTest, LetsEndWhatRunsAndIsNotRepeatableOfALearnerThatIsGone) {
+  Stage stage;
+  stage.task_facts.time_limit = 1000s;
+  stage.task_facts.repeatable = false;
+  stage.define();
+  stage.ask({stage.request(1), stage.request(2)});
+  stage.pass(13s);
+  EXPECT_THAT(stage.effects<KillEvaluator>(), IsEmpty()) << "it may be a robot in motion";
+  auto held = stage.status().held;
+  ASSERT_THAT(held, SizeIs(1));
+  ASSERT_THAT(held[0].keys, SizeIs(1)) << "nobody begins another trial";
+  EXPECT_EQ(held[0].keys[0].number, 1);
+  stage.pass(20s);
+  stage.clear();
+  stage.finish(0);
+  EXPECT_THAT(stage.runs(), IsEmpty());
+  stage.clear();
+  stage.ask({stage.request(1)});  // the learner is heard again
+  EXPECT_THAT(stage.runs(), IsEmpty());
+  ASSERT_THAT(stage.sent<RewardBatch>(), SizeIs(1));
+  EXPECT_EQ(stage.sent<RewardBatch>()[0].results.at(0).key.number, 1);
+}
+
+TEST(WorkerLearnersTest, BeginsNoTrialAnewForALearnerThatIsGone) {
+  Stage stage;
+  stage.task_facts.time_limit = 1000s;
+  stage.task_facts.repeatable = false;
+  stage.define();
+  stage.ask({stage.request(1)});
+  stage.pass(13s);
+  stage.clear();
+  stage.die(0, Death::kFatalSignal, 11);
+  EXPECT_THAT(stage.runs(), IsEmpty());
+  EXPECT_THAT(stage.status().held.at(0).keys, IsEmpty());
+}
+
 TEST(WorkerLearnersTest, SaysAtOnceThatItHearsALearnerThatStartsOrGreetsIt) {
   Stage stage;
   stage.clear();

@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 
 #include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <string>
+#include <thread>
 
 namespace treeroll {
 namespace {
@@ -55,6 +59,25 @@ TEST(RunProgramTest, WhatCannotBeExecutedIsSaid) {
   const Result<ProgramOutput> ran = run_program("/nonexistent/program", {}, "", seconds(10));
   ASSERT_FALSE(ran);
   EXPECT_THAT(ran.error().message, HasSubstr("cannot be executed"));
+}
+
+TEST(EndChildTest, AsksTwiceBeforeItKills) {
+  const std::filesystem::path told =
+      std::filesystem::path(testing::TempDir()) / "treeroll_end_child_test";
+  std::filesystem::remove(told);
+  const std::string script = "trap 'trap \"echo in haste > " + told.string() +
+                             "; exit\" TERM; echo > " + told.string() + "' TERM; : > " +
+                             told.string() + "; while :; do sleep .02; done";
+  const Result<pid_t> child = start_child("/bin/sh", {"-c", script});
+  ASSERT_TRUE(child);
+  while (!std::filesystem::exists(told)) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  end_child(*child, std::chrono::milliseconds(500));
+  EXPECT_NE(kill(*child, 0), 0);
+  std::ifstream said(told);
+  std::string line;
+  std::getline(said, line);
+  EXPECT_EQ(line, "in haste");
+  std::filesystem::remove(told);
 }
 
 }  // namespace

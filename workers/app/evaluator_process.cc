@@ -115,21 +115,32 @@ EvaluatorProcess::~EvaluatorProcess() {
   }
 }
 
+/// It sees the end of what it is asked, and its answer would still be heard.
+void EvaluatorProcess::end() const {
+  if (has_program_) {
+    shutdown(socket_, SHUT_WR);
+  } else {
+    kill();
+  }
+}
+
 void EvaluatorProcess::kill() const {
   if (pid_ <= 0) return;
   ::kill(pid_, SIGKILL);
   if (has_program_) ::kill(-pid_, SIGKILL);
 }
 
+bool EvaluatorProcess::has_ended() const {
+  siginfo_t ended{};
+  return pid_ > 0 &&
+         waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+         ended.si_pid == pid_;
+}
+
 std::optional<ChildEnd> EvaluatorProcess::collect() {
   int status = 0;
-  siginfo_t ended{};
+  if (!has_ended()) return std::nullopt;
   // What a program has started goes with it, while the group's number cannot be another's yet.
-  const bool has_ended =
-      pid_ > 0 &&
-      waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
-      ended.si_pid == pid_;
-  if (!has_ended) return std::nullopt;
   if (has_program_) ::kill(-pid_, SIGKILL);
   if (waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
   pid_ = -1;

@@ -7,6 +7,7 @@
 
 #include "common/base/result.h"
 #include "common/base/time.h"
+#include "workers/user_program/program_process.h"
 
 namespace treeroll::worker {
 
@@ -15,6 +16,9 @@ struct ChildEnd {
   bool exited = false;  ///< else by a signal
   int code = 0;         ///< exit status or signal
 };
+
+/// From end() to kill() of an evaluator with a program, whose own grace is within it.
+inline constexpr Duration kEvaluatorEndGrace = kProgramEndGrace + std::chrono::seconds(1);
 
 /// What all evaluators of a worker are.
 struct EvaluatorSettings {
@@ -38,8 +42,12 @@ class EvaluatorProcess {
   int socket() const { return socket_; }
   pid_t pid() const { return pid_; }
 
-  /// SIGKILL; it has to be collected still.
+  /// Has it end its program, which is given a grace for that (kProgramEndGrace), and then itself.
+  /// SIGKILL where there is no program. It has to be collected still.
+  void end() const;
+  /// SIGKILL; the same.
   void kill() const;
+  bool has_ended() const;
   /// How it ended, if it has; after that it is not to be killed or asked.
   std::optional<ChildEnd> collect();
 

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <csignal>
+#include <thread>
 #include <utility>
 #include <variant>
 
@@ -51,9 +53,18 @@ Result<std::unique_ptr<WorkerDaemon>> WorkerDaemon::open(const std::string& url,
   return daemon;
 }
 
+/// All have their grace together. Who is left is killed with its slot.
 WorkerDaemon::~WorkerDaemon() {
   for (Slot& slot : slots_) {
     unwatch(slot);
+    if (slot.process) slot.process->end();
+  }
+  const auto works = [](const Slot& slot) { return slot.process && !slot.process->has_ended(); };
+  const TimePoint deadline = loop_.now() + kEvaluatorEndGrace;
+  while (std::ranges::any_of(slots_, works) && loop_.now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  for (const Slot& slot : slots_) {
     if (slot.process) slot.process->kill();  // all first, then each is waited for
   }
 }
@@ -124,6 +135,11 @@ void WorkerDaemon::perform(const StartEvaluator& effect) {
   slot.loading.reset();
   slot.watched = true;
   loop_.watch(slot.process->socket(), [this, index = effect.evaluator] { read_one(index); });
+}
+
+void WorkerDaemon::perform(const EndEvaluator& effect) {
+  const Slot& slot = slot_of(effect.evaluator);
+  if (slot.process) slot.process->end();
 }
 
 void WorkerDaemon::perform(const KillEvaluator& effect) {

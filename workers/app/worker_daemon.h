@@ -50,6 +50,7 @@ class WorkerDaemon {
   // What has content gives it away.
   void perform(SendMessage& effect);
   void perform(const StartEvaluator& effect);
+  void perform(const EndEvaluator& effect);
   void perform(const KillEvaluator& effect);
   void perform(const LoadDefinition& effect);
   void perform(const ForgetDefinition& effect);

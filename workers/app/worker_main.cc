@@ -115,6 +115,7 @@ int serve(const Options& options, const TaskRegistry& registry) {
     read_program_command(kEvaluatorOption, options.evaluator);
     settings.load_time_limit = kProgramLoadTimeLimit;
     settings.one_task_at_a_time = true;
+    settings.end_grace = kEvaluatorEndGrace;
   }
   const std::string url = transport::resolve_url(options.lcm_url);
   auto keys = transport::key_file_of("--key-file", options.key_file, transport::Voice::kWorker);

@@ -49,16 +49,19 @@ void EvaluatorPool::withdraw(const RolloutName& name) {
   }
 }
 
-void EvaluatorPool::end_work(const Turn& turn, const RolloutName& name) {
-  withdraw(name);
+bool EvaluatorPool::end_work(const Turn& turn, const RolloutName& name) {
   for (int i = 0; i < settings_.num_evaluators; ++i) {
     Evaluator& evaluator = at(i);
     const bool has_it =
         std::ranges::any_of(evaluator.given, [&](const Given& g) { return g.work.name == name; });
-    if (!has_it || evaluator.killed) continue;
+    if (!has_it) continue;
+    if (evaluator.runs_once) return false;
+    if (evaluator.killed) continue;
     evaluator.dismissed = true;
     kill(turn, i);
   }
+  withdraw(name);
+  return true;
 }
 
 std::vector<WorkEnd> EvaluatorPool::on(const Turn& turn, const EvaluatorEvent& event,
@@ -142,7 +145,9 @@ void EvaluatorPool::continue_work(const Turn& turn, int index, DefinitionShelf& 
   }
   std::erase_if(evaluator.given, [](const Given& given) { return !given.wanted; });
   const std::int64_t count = std::ssize(evaluator.given);
-  begin_job(turn, evaluator, State::kRunning, count * definitions.find(task)->facts.time_limit);
+  const DefinitionFacts& facts = definitions.find(task)->facts;
+  begin_job(turn, evaluator, State::kRunning, count * facts.time_limit);
+  evaluator.runs_once = !facts.repeatable;
   next_job_ = evaluator.job + count;
   RunRollouts run{.evaluator = index, .job = evaluator.job, .requests = {}};
   run.requests.reserve(evaluator.given.size());
@@ -180,10 +185,12 @@ void EvaluatorPool::load(const Turn& turn, int index, const DefinitionName& name
 
 void EvaluatorPool::release(Evaluator& evaluator) {
   evaluator.state = State::kIdle;
-  if (!evaluator.killed) idle_.insert(index_of(evaluator));
   evaluator.given.clear();
   evaluator.num_done = 0;
+  evaluator.runs_once = false;
   evaluator.loading.reset();
+  if (evaluator.killed) return;  // the end of its grace is still looked at
+  idle_.insert(index_of(evaluator));
   evaluator.look_at.reset();
 }
 

@@ -36,7 +36,7 @@ class EvaluatorPool : public Evaluators {
   void evaluate(const Turn& turn, int index, std::vector<Work> works,
                 DefinitionShelf& definitions) override;
   void withdraw(const RolloutName& name) override;
-  void end_work(const Turn& turn, const RolloutName& name) override;
+  bool end_work(const Turn& turn, const RolloutName& name) override;
   std::vector<WorkEnd> on(const Turn& turn, const EvaluatorEvent& event,
                           DefinitionShelf& definitions) override;
   void watch(const Turn& turn) override;
@@ -59,12 +59,14 @@ class EvaluatorPool : public Evaluators {
     bool killed = false;       ///< its death is on its way
     bool dismissed = false;    ///< killed for work that nobody wants
     bool timed_out = false;    ///< killed for exceeding a time limit while loading or running
+    bool runs_once = false;    ///< runs what is not repeatable
     std::int64_t job = 0;      ///< number of what it loads or, with those that follow, runs
     TimePoint since;           ///< of the job or the start
     Duration time_limit{};     ///< of the job, CPU time
     TimePoint busy_at;         ///< last seen to have burnt CPU time on the job, or its begin
     Duration busy_cpu_time{};  ///< what it had burnt by then
-    std::optional<TimePoint> look_at;  ///< start time-out, CPU time check, or restart when down
+    /// Start time-out, CPU time check, restart when down; killed: the end of its grace.
+    std::optional<TimePoint> look_at;
     std::vector<Given> given;
     std::int64_t num_done = 0;              ///< of these
     std::optional<DefinitionName> loading;  ///< for what is given, else to check it

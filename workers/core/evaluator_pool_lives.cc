@@ -37,10 +37,16 @@ void EvaluatorPool::start(const Turn& turn, int index) {
 }
 
 void EvaluatorPool::kill(const Turn& turn, int index) {
-  at(index).killed = true;
-  at(index).look_at.reset();
+  Evaluator& evaluator = at(index);
+  evaluator.killed = true;
+  evaluator.look_at.reset();
   idle_.erase(index);
-  turn.effects.emplace_back(KillEvaluator{index});
+  if (settings_.end_grace == Duration{}) {
+    turn.effects.emplace_back(KillEvaluator{index});
+  } else {
+    turn.effects.emplace_back(EndEvaluator{index});
+    look_at(evaluator, turn.now + settings_.end_grace);
+  }
 }
 
 void EvaluatorPool::begin_job(const Turn& turn, Evaluator& evaluator, State state, Duration limit) {
@@ -68,6 +74,10 @@ void EvaluatorPool::watch(const Turn& turn, int index) {
   Evaluator& evaluator = at(index);
   if (!evaluator.look_at || turn.now < *evaluator.look_at) return;
   evaluator.look_at.reset();
+  if (evaluator.killed) {
+    turn.effects.emplace_back(KillEvaluator{index});
+    return;
+  }
   switch (evaluator.state) {
     case State::kDown:
       if (draining_) return;

@@ -67,8 +67,9 @@ class Evaluators {
   /// Nobody wants to know any more what becomes of this work, if it is here. Its evaluator finishes
   /// what it does.
   virtual void withdraw(const RolloutName& name) = 0;
-  /// The same, and its evaluator is ended: the work may take long.
-  virtual void end_work(const Turn& turn, const RolloutName& name) = 0;
+  /// The same, and its evaluator is ended: the work may take long. What runs and is not repeatable
+  /// is left alone: it may be a robot in motion. @return false if it is
+  virtual bool end_work(const Turn& turn, const RolloutName& name) = 0;
 
   /// Tells `definitions` what has come of a check. Returns how roll-outs' work has ended that has
   /// and was wanted.

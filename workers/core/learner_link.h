@@ -49,6 +49,7 @@ class LearnerLink {
     return !given_up_ && now >= heard_ + settings_.learner_gone;
   }
   void give_up() { given_up_ = true; }
+  bool is_given_up() const { return given_up_; }
   /// When it is gone, becomes silent, is sent answers again or asked again: whatever is first.
   TimePoint next_deadline() const;
 

@@ -122,17 +122,26 @@ void WorkerCore::give_up_in_trouble(const Turn& turn) {
   status_due_ = true;
 }
 
-/// Nobody waits for it any more, and whoever else has work should have the evaluators.
+/// Nobody waits for it any more, and whoever else has work should have the evaluators. What runs
+/// and is not repeatable ends by itself: its learner may come back and finds the answer.
 void WorkerCore::give_up_work_of(const Turn& turn, protocol::LearnerId id) {
   const auto names = queue_.of_learner(id);
   if (names.empty()) return;
-  turn.warn("roll-outs dropped",
-            fmt::format("learner {} has been silent for {:.0f} s: gives its {} roll-outs up", id,
-                        to_seconds(settings_.learner_gone), names.size()));
+  std::size_t num_left = 0;
   for (const RolloutName& name : names) {
-    queue_.remove(name);
-    evaluators_.end_work(turn, name);
+    if (evaluators_.end_work(turn, name)) {
+      queue_.remove(name);
+    } else {
+      ++num_left;
+    }
   }
+  turn.warn("roll-outs dropped",
+            fmt::format("learner {} has been silent for {:.0f} s: gives its {} roll-outs up{}", id,
+                        to_seconds(settings_.learner_gone), names.size() - num_left,
+                        num_left == 0 ? ""
+                                      : fmt::format(", and lets {} end that is running and must "
+                                                    "not run twice",
+                                                    num_left)));
   status_due_ = true;
 }
 
@@ -143,7 +152,8 @@ void WorkerCore::conclude(const Turn& turn, const WorkEnd& end) {
     queue_.remove(given_up->name);
     status_due_ = true;
   } else if (const auto* put_back = std::get_if<WorkPutBack>(&end)) {
-    if (draining_) return queue_.remove(put_back->name);  // it is evaluated elsewhere
+    const bool is_nobodys = learners_.at(put_back->name.learner).is_given_up();
+    if (draining_ || is_nobodys) return queue_.remove(put_back->name);  // evaluated elsewhere
     queue_.find(put_back->name)->mishaps = put_back->mishaps;
     queue_.set_state(put_back->name, RolloutState::kReady);
   } else if (const auto* answer = std::get_if<WorkAnswered>(&end)) {

@@ -95,6 +95,10 @@ struct SendMessage {
 struct StartEvaluator {
   int evaluator = 0;
 };
+/// SIGTERM to its program, which may stop motors; KillEvaluator follows where that ends nobody.
+struct EndEvaluator {
+  int evaluator = 0;
+};
 /// SIGKILL; EvaluatorDied follows.
 struct KillEvaluator {
   int evaluator = 0;
@@ -126,8 +130,9 @@ struct Exit {
   int status = 0;
 };
 
-using Effect = std::variant<SendMessage, StartEvaluator, KillEvaluator, LoadDefinition,
-                            ForgetDefinition, RunRollouts, AskCpuTime, LogLine, Exit>;
+using Effect =
+    std::variant<SendMessage, StartEvaluator, EndEvaluator, KillEvaluator, LoadDefinition,
+                 ForgetDefinition, RunRollouts, AskCpuTime, LogLine, Exit>;
 using Effects = std::vector<Effect>;
 
 using Turn = treeroll::Turn<Effect>;

@@ -58,6 +58,8 @@ struct WorkerSettings {
   Duration together_time_max = protocol::kAnswerDelayMax;
   Duration start_time_max = std::chrono::seconds(30);   ///< from start to ready
   Duration load_time_limit = std::chrono::seconds(10);  ///< CPU time to build a task or policy
+  /// From EndEvaluator to KillEvaluator. 0: an evaluator runs no program that could use it.
+  Duration end_grace{};
   /// An evaluator forgets its task before it loads another: a user's program has one at a time.
   bool one_task_at_a_time = false;
   Duration restart_delay_min = std::chrono::milliseconds(10);

@@ -40,7 +40,10 @@ class Rack : public worker::Evaluators {
                 worker::DefinitionShelf& definitions) override;
   void withdraw(const worker::RolloutName& name) override;
   /// Its worker below ends it when the learner's silence has come down to it.
-  void end_work(const worker::Turn&, const worker::RolloutName& name) override { withdraw(name); }
+  bool end_work(const worker::Turn&, const worker::RolloutName& name) override {
+    withdraw(name);
+    return true;
+  }
   std::vector<worker::WorkEnd> on(const worker::Turn& turn, const worker::EvaluatorEvent& event,
                                   worker::DefinitionShelf& definitions) override;
   void watch(const worker::Turn&) override {}

@@ -170,7 +170,7 @@ std::optional<ProgramProcess::Heard> ProgramProcess::next_line(std::size_t line_
 }
 
 ProgramProcess::Heard ProgramProcess::hear(std::size_t line_bytes_max, Deadline deadline,
-                                           int also) {
+                                           Also also) {
   for (;;) {
     if (auto heard = next_line(line_bytes_max)) return *std::move(heard);
     if (end_) return {What::kEnded};
@@ -186,10 +186,10 @@ ProgramProcess::Heard ProgramProcess::hear(std::size_t line_bytes_max, Deadline 
       const auto left = ceil<milliseconds>(*deadline - std::chrono::steady_clock::now()).count();
       wait_ms = static_cast<int>(std::clamp<std::int64_t>(left, 0, 1'000'000'000));
     }
-    std::array<pollfd, 5> ends{pollfd{errors_.descriptor, POLLIN, 0},
-                               pollfd{output_.descriptor, POLLIN, 0},
-                               pollfd{unsent_.empty() ? -1 : input_, POLLOUT, 0},
-                               pollfd{also, POLLIN, 0}, pollfd{its_end_, POLLIN, 0}};
+    std::array<pollfd, 5> ends{
+        pollfd{errors_.descriptor, POLLIN, 0}, pollfd{output_.descriptor, POLLIN, 0},
+        pollfd{unsent_.empty() ? -1 : input_, POLLOUT, 0}, pollfd{also.descriptor, also.events, 0},
+        pollfd{its_end_, POLLIN, 0}};
     const int num_ready = poll(ends.data(), ends.size(), wait_ms);
     if (num_ready < 0 && errno != EINTR) throw std::runtime_error("cannot wait for the program");
     if (num_ready <= 0) {
@@ -205,7 +205,7 @@ ProgramProcess::Heard ProgramProcess::hear(std::size_t line_bytes_max, Deadline 
     if (ends[0].revents != 0 || ends[1].revents != 0) read_all(errors_);
     if (ends[2].revents != 0) write();
     const bool only_also = ends[0].revents == 0 && ends[1].revents == 0 && ends[2].revents == 0;
-    if (only_also) return {What::kReadable};
+    if (only_also) return {What::kAlso};
   }
 }
 
@@ -219,18 +219,19 @@ void ProgramProcess::read_the_rest() {
 
 /// A program that has closed its standard output can answer nothing any more.
 void ProgramProcess::wait_for_end() {
-  const auto deadline = std::chrono::steady_clock::now() + kEndGrace;
+  using std::chrono::milliseconds;
+  auto deadline = std::chrono::steady_clock::now() +
+                  (is_asked_to_end_ ? milliseconds(kProgramEndGrace) : kEndGrace);
   int status = 0;
-  bool is_killed = false;
   while (waitpid(pid_, &status, WNOHANG) != pid_) {
-    if (!is_killed && std::chrono::steady_clock::now() > deadline) {
-      kill();
-      is_killed = true;
+    if (std::chrono::steady_clock::now() > deadline) {
+      is_asked_to_end_ ? kill() : terminate();
+      deadline += kProgramEndGrace;
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::this_thread::sleep_for(milliseconds(1));
   }
-  // SIGKILL would be nobody's fault; this end is the program's own.
-  if (is_killed) status = W_EXITCODE(1, 0);
+  // A signal of ours would be nobody's fault; this end is the program's own.
+  if (is_asked_to_end_) status = W_EXITCODE(1, 0);
   end_ = WIFEXITED(status) ? ProgramEnd{true, WEXITSTATUS(status)}
                            : ProgramEnd{false, WTERMSIG(status)};
 }
@@ -245,8 +246,15 @@ void ProgramProcess::limit_cpu_time(double limit_s) const {
   prlimit(pid_, RLIMIT_CPU, &cpu, nullptr);
 }
 
+// One that leads a group of its own, as with an operator, takes along what it has started.
+
+void ProgramProcess::terminate() {
+  if (end_ || std::exchange(is_asked_to_end_, true)) return;
+  if (::kill(-pid_, SIGTERM) != 0) ::kill(pid_, SIGTERM);
+}
+
 void ProgramProcess::kill() const {
-  // One that leads a group of its own, as with an operator, takes along what it has started.
+  if (end_) return;
   ::kill(-pid_, SIGKILL);
   ::kill(pid_, SIGKILL);
 }

@@ -12,6 +12,9 @@
 
 namespace treeroll::worker {
 
+/// From the word that it is to end (SIGTERM) to SIGKILL: a driver stops its motors meanwhile.
+inline constexpr std::chrono::seconds kProgramEndGrace(2);
+
 /// How a user's program ended.
 struct ProgramEnd {
   bool exited = false;  ///< else by a signal
@@ -42,25 +45,31 @@ class ProgramProcess {
   /// What of its lines comes next.
   struct Heard {
     enum class What {
-      kOutput,    ///< a line of standard output
-      kError,     ///< a line of standard error
-      kTooLong,   ///< a line of standard output of more than `line_bytes_max`
-      kEnded,     ///< it has ended, or has closed its standard output and was ended; all is heard
-      kReadable,  ///< `also` can be read
-      kLate,      ///< nothing of that by the deadline
+      kOutput,   ///< a line of standard output
+      kError,    ///< a line of standard error
+      kTooLong,  ///< a line of standard output of more than `line_bytes_max`
+      kEnded,    ///< it has ended, or has closed its standard output and was ended; all is heard
+      kAlso,     ///< `also` has come
+      kLate,     ///< nothing of that by the deadline
     };
     What what = What::kLate;
     std::string line = {};
   };
+  /// A descriptor that is waited for too, and for what (poll); -1: none.
+  struct Also {
+    int descriptor = -1;
+    short events = 0;
+  };
   /// Waits for it. What was written to standard error before a line of standard output is told
   /// before it.
-  /// @param also  a descriptor that is waited for too; -1: none
-  Heard hear(std::size_t line_bytes_max, Deadline deadline, int also = -1);
+  Heard hear(std::size_t line_bytes_max, Deadline deadline, Also also);
 
   /// Only after kEnded.
   ProgramEnd end() const { return *end_; }
   /// SIGXCPU once it has used so much more processor time, rounded up to seconds.
   void limit_cpu_time(double limit_s) const;
+  /// SIGTERM, once: it may act upon it, and to many programs a second one means haste.
+  void terminate();
   void kill() const;
 
  private:
@@ -82,6 +91,7 @@ class ProgramProcess {
   Pipe errors_;
   std::string unsent_;
   bool close_when_sent_ = false;
+  bool is_asked_to_end_ = false;
   std::optional<ProgramEnd> end_;
 };
 

@@ -59,6 +59,27 @@ std::string in_words(const ProgramEnd& end) {
 UserProgram::UserProgram(ProgramSettings settings, Log log)
     : settings_(std::move(settings)), log_(std::move(log)), process_(settings_.words) {}
 
+UserProgram::~UserProgram() {
+  try {
+    dismiss();
+  } catch (const std::runtime_error&) {
+    // It cannot be waited for: its process is killed at once.
+  }
+}
+
+/// What it still says is heard: no full pipe may keep it from its end.
+void UserProgram::dismiss() {
+  process_.terminate();
+  const auto deadline = std::chrono::steady_clock::now() + kProgramEndGrace;
+  while (std::chrono::steady_clock::now() < deadline) {
+    const ProgramProcess::Heard heard = process_.hear(kAnswerBytesMax, deadline, {});
+    if (heard.what == What::kEnded) return;
+    if (heard.what == What::kTooLong || heard.what == What::kLate) break;
+    note(heard.line);
+  }
+  process_.kill();
+}
+
 void UserProgram::note(std::string_view line) {
   last_words_ = for_log(line);
   log_(where_, last_words_);
@@ -70,9 +91,9 @@ void UserProgram::throw_ended(const std::string& what) {
                                  last_words_.empty() ? "" : "; it last said: " + last_words_)};
 }
 
-/// SIGKILL would be nobody's fault; this end is the program's own.
+/// A signal of ours would be nobody's fault; this end is the program's own.
 void UserProgram::end_it(int rule, const std::string& why) {
-  process_.kill();
+  dismiss();
   throw ProgramEnded{
       {.exited = true, .code = 1}, rule, fmt::format("the program is ended {}: {}", where_, why)};
 }
@@ -80,7 +101,7 @@ void UserProgram::end_it(int rule, const std::string& why) {
 std::string UserProgram::ask(const std::string& line, std::size_t answer_bytes_max) {
   // An answer that nobody has asked for would be taken for that of this question.
   const auto talks_until = std::chrono::steady_clock::now() + kTalkMax;
-  while (hear_unasked(std::chrono::steady_clock::now(), -1)) {
+  while (hear_unasked(std::chrono::steady_clock::now(), {})) {
     if (std::chrono::steady_clock::now() > talks_until) {
       end_it(kRuleOfOneAnswer, "it writes without a pause, so that no answer could be told");
     }
@@ -89,7 +110,8 @@ std::string UserProgram::ask(const std::string& line, std::size_t answer_bytes_m
   ProgramProcess::Deadline deadline;
   if (answer_limit_) deadline = std::chrono::steady_clock::now() + *answer_limit_;
   for (;;) {
-    ProgramProcess::Heard heard = process_.hear(answer_bytes_max, deadline);
+    ProgramProcess::Heard heard = process_.hear(answer_bytes_max, deadline, {socket_, POLLRDHUP});
+    if (heard.what == What::kAlso) end_it(kRuleOfEnds, "its worker has stopped it");
     if (heard.what == What::kEnded) throw_ended(in_words(process_.end()));
     if (heard.what == What::kTooLong) {
       end_it(kRuleOfLength, fmt::format("a line of more than {} bytes", answer_bytes_max));
@@ -106,9 +128,9 @@ std::string UserProgram::ask(const std::string& line, std::size_t answer_bytes_m
   }
 }
 
-bool UserProgram::hear_unasked(ProgramProcess::Deadline deadline, int descriptor) {
-  const ProgramProcess::Heard heard = process_.hear(kAnswerBytesMax, deadline, descriptor);
-  if (heard.what == What::kLate || heard.what == What::kReadable) return false;
+bool UserProgram::hear_unasked(ProgramProcess::Deadline deadline, ProgramProcess::Also also) {
+  const ProgramProcess::Heard heard = process_.hear(kAnswerBytesMax, deadline, also);
+  if (heard.what == What::kLate || heard.what == What::kAlso) return false;
   if (heard.what == What::kEnded) throw_ended(in_words(process_.end()));
   if (heard.what == What::kTooLong) {
     end_it(kRuleOfLength, fmt::format("a line of more than {} bytes", kAnswerBytesMax));
@@ -120,14 +142,15 @@ bool UserProgram::hear_unasked(ProgramProcess::Deadline deadline, int descriptor
   return true;
 }
 
-void UserProgram::attend(int descriptor) {
-  while (hear_unasked(std::nullopt, descriptor) && !can_be_read(descriptor)) {
+void UserProgram::attend(int socket) {
+  socket_ = socket;
+  while (hear_unasked(std::nullopt, {socket, POLLIN}) && !can_be_read(socket)) {
   }
 }
 
 void UserProgram::attend_for(std::chrono::milliseconds time) {
   const auto deadline = std::chrono::steady_clock::now() + time;
-  while (std::chrono::steady_clock::now() < deadline && hear_unasked(deadline, -1)) {
+  while (std::chrono::steady_clock::now() < deadline && hear_unasked(deadline, {})) {
   }
 }
 

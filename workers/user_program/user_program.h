@@ -46,6 +46,10 @@ class UserProgram {
 
   /// Starts it. Throws std::runtime_error if that fails.
   UserProgram(ProgramSettings settings, Log log);
+  /// Ends it, with a grace for its motors.
+  ~UserProgram();
+  UserProgram(const UserProgram&) = delete;
+  UserProgram& operator=(const UserProgram&) = delete;
 
   const ProgramSettings& settings() const { return settings_; }
   ProgramProcess& process() { return process_; }
@@ -60,15 +64,17 @@ class UserProgram {
   /// A line of the caller's own, and what is answered.
   std::string ask_anything(const std::string& line) { return ask(line, kAnswerBytesMax); }
 
-  /// Hears what the program says unasked until `descriptor` can be read.
-  void attend(int descriptor);
+  /// Hears what the program says unasked until the socket of its evaluator can be read. From now on
+  /// the program is also ended in the midst of an answer where the other side of that is shut.
+  void attend(int socket);
   /// The same for a while.
   void attend_for(std::chrono::milliseconds time);
 
  private:
   std::string ask(const std::string& line, std::size_t answer_bytes_max);
   /// @return  whether the program said something
-  bool hear_unasked(ProgramProcess::Deadline deadline, int descriptor);
+  bool hear_unasked(ProgramProcess::Deadline deadline, ProgramProcess::Also also);
+  void dismiss();
   void note(std::string_view line);
   [[noreturn]] void throw_ended(const std::string& what);
   [[noreturn]] void end_it(int rule, const std::string& why);
@@ -78,6 +84,7 @@ class UserProgram {
   std::string where_ = "at its start";
   std::string last_words_;
   std::optional<std::chrono::milliseconds> answer_limit_;
+  int socket_ = -1;  ///< of its evaluator
   ProgramProcess process_;
 };
 

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import math
 import os
+import signal
 import sys
 import traceback
 from typing import IO, Any, Callable, Optional, Type
@@ -21,6 +22,10 @@ def run(*tasks: Type[Task]) -> None:
     Whatever the task, or a library below it, prints goes to standard error, and so to the worker's
     log; it reads nothing on standard input.
 
+    A worker that ends the program in the midst of a roll-out sends SIGTERM, and SIGKILL 2 s later. Here
+    that raises SystemExit, so that ``finally:`` and ``with`` of a driver stop its motors. A handler of
+    one's own that is set before is left alone.
+
     :param tasks: classes; a study chooses among them by their names
     """
     questions = os.fdopen(os.dup(0), "rb")
@@ -30,7 +35,24 @@ def run(*tasks: Type[Task]) -> None:
     os.close(nothing)
     os.dup2(2, 1)
     sys.stdout = sys.stderr
-    converse(questions, answers, tasks)
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, _stop)
+    try:
+        converse(questions, answers, tasks)
+    except _Stopped:
+        # That it was a signal says whose fault it was: nobody's.
+        sys.stderr.flush()
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+
+class _Stopped(SystemExit):
+    pass
+
+
+def _stop(*_: object) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # once: what stops motors is not stopped
+    raise _Stopped(128 + signal.SIGTERM)
 
 
 def converse(questions: IO[bytes], answers: IO[str], tasks: tuple[Type[Task], ...]) -> None:

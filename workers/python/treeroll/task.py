@@ -28,7 +28,8 @@ class Description:
     deterministic: bool = True
     """the same policy gives the same reward, to the bit, whatever the seed"""
     repeatable: bool = True
-    """the same roll-out may run twice at once; False for what moves a real robot"""
+    """the same roll-out may run twice at once; False for what moves a real robot: it is neither tried beforehand nor
+    ended for a learner that is gone"""
     version: str = ""
     """of the task's code; to be changed whenever rewards change"""
     inputs: Sequence[str] = ()
