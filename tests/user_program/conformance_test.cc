@@ -78,6 +78,31 @@ TEST(ConformanceTest, TakesAPolicyOfTheUsers) {
   EXPECT_THROW(check(json::object(), "{}"), ConfigError);
 }
 
+TEST(ConformanceTest, MovesNoRobotUnlessItIsToldToAndBy) {
+  ConformanceRun run{.program = {TREEROLL_REACH, read_program_command("CMD", TREEROLL_REACH)},
+                     .task = "reach",
+                     .settings = R"({"mode": "not_repeatable"})",
+                     .policy = {},
+                     .answer_limit = std::chrono::seconds(20),
+                     .log = {}};
+  int num_moves = 0;
+  run.log = [&](const std::string&, const std::string& line) { num_moves += line == "moves"; };
+  for (const bool moves : {false, true}) {
+    run.moves = moves;  // by which policy is not said
+    const std::vector<Finding> findings = check_evaluator(run);
+    EXPECT_THAT(rules_with(Verdict::kNotTried, findings), Contains(13));
+    EXPECT_THAT(rules_with(Verdict::kKept, findings), testing::ElementsAre(8, 9, 10, 20));
+    EXPECT_EQ(num_moves, 0);
+  }
+  run.policy = to_json(small_policy());
+  EXPECT_THAT(rules_with(Verdict::kNotTried, check_evaluator(run)), testing::IsEmpty());
+  EXPECT_GT(num_moves, 0);
+  run.moves = false;
+  num_moves = 0;
+  check_evaluator(run);
+  EXPECT_EQ(num_moves, 0);
+}
+
 TEST(ConformanceTest, AProgramThatIsNoneBreaksRules) {
   EXPECT_THAT(rules_with(Verdict::kBroken, check(json::object(), "", "true")), Contains(18));
   EXPECT_THAT(rules_with(Verdict::kBroken, check(json::object(), "", "cat")), Contains(8));

@@ -40,6 +40,8 @@ def describe(task):
         until = time.process_time() + 1
         while time.process_time() < until:
             pass
+    if settings["mode"] == "not_repeatable":
+        said["repeatable"] = False
     if settings["mode"] == "describes_nonsense":
         said["input_dim"] = "one"
     if settings["mode"] == "defaults_drift":
@@ -86,6 +88,8 @@ def evaluate(asked):
         thread.join()
     if mode == "sleeps":
         time.sleep(1000)
+    if mode == "not_repeatable":
+        print("moves", file=sys.stderr, flush=True)
     if mode == "moves":
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
         try:

@@ -33,7 +33,12 @@ class Conformance {
   std::vector<Finding> check() {
     try {
       start();
-      if (describe() && find_policies()) evaluate();
+      if (!describe()) return std::move(findings_);
+      if (moves_unasked()) {
+        end();
+      } else if (find_policies()) {
+        evaluate();
+      }
     } catch (const ProgramEnded& ended) {
       add(ended.rule, Verdict::kBroken, ended.what);
     } catch (const ConfigError& error) {
@@ -93,6 +98,16 @@ class Conformance {
     }
     judge(10, refused, "refuses a setting it does not know", said, Verdict::kAdvised);
     task_ = program_->describe(run_.task, settings_);
+  }
+
+  /// What is not repeatable may be a robot: it moves when its user says so, by the user's policy.
+  bool moves_unasked() {
+    const bool repeatable = task_.description.repeatable;
+    if (repeatable || (run_.moves && !run_.policy.empty())) return false;
+    add(13, Verdict::kNotTried,
+        "the task says that it is not repeatable: nothing is evaluated, for a robot might move "
+        "(--move --policy FILE)");
+    return true;
   }
 
   bool find_policies() {

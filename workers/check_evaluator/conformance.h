@@ -27,6 +27,7 @@ struct ConformanceRun {
   std::string task = "task";          ///< the name it is asked for
   std::string settings = "{}";        ///< a JSON object
   std::string policy;                 ///< text of one to evaluate; empty: samples are made
+  bool moves = false;                 ///< evaluates also what is not repeatable, the policy above
   std::chrono::seconds answer_limit;  ///< no answer may take longer
   UserProgram::Log log;
 };
