@@ -132,6 +132,8 @@ def evaluate(asked):
         return {"failed": "arm hit\nthe \x1btable"}
     if mode == "discards_first" and num_evaluated % 2 == 1:
         return {"discarded": "operator"}
+    if mode == "signed_seed" and asked["seed"] >= 2**63:
+        return {"failed": "the seed is no long"}
     if mode == "seed":
         reward = (asked["seed"] % 1000) / 1000
     if mode == "forgets_itself":

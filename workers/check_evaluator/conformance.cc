@@ -21,6 +21,8 @@ using Verdict = Finding::Verdict;
 constexpr const char* kPolicyOption = "--policy";
 /// A text longer than a pipe holds.
 constexpr int kManyGaussians = 1500;
+/// Half of those that a study draws are above the integers of 64 bits with a sign.
+constexpr std::uint64_t kLargeSeed = 0xF123'4567'89AB'CDEF;
 /// In this time a second answer, or an end, has come if it comes.
 constexpr std::chrono::milliseconds kPatience(300);
 constexpr std::chrono::seconds kEndLimit(5);
@@ -177,6 +179,7 @@ class Conformance {
                 deterministic ? "with another seed, after another policy"
                               : "with the same seed, after another policy",
                 deterministic ? Verdict::kBroken : Verdict::kAdvised);
+    large_seed();
     trace();
     more_keys();
     if (!long_policy_.empty()) {
@@ -188,6 +191,20 @@ class Conformance {
     program_->describe(run_.task, settings_);
     judge_equal(14, evaluate(policy_, 1, 0).outcome, "in another process",
                 deterministic ? Verdict::kBroken : Verdict::kAdvised);
+  }
+
+  void large_seed() {
+    Outcome found;
+    try {
+      found = evaluate(policy_, kLargeSeed, 6).outcome;
+    } catch (const ProgramEnded& ended) {
+      throw ProgramEnded{ended.end, 12, fmt::format("with the seed {} {}", kLargeSeed, ended.what)};
+    }
+    // A trial of a noisy task may fail by chance.
+    judge(12, found.is_ok() || found.is_discarded() || !first_.is_ok(),
+          fmt::format("takes the seed {}", kLargeSeed),
+          fmt::format("does not take the seed {}: {}", kLargeSeed, shown(found)),
+          task_.description.deterministic ? Verdict::kBroken : Verdict::kAdvised);
   }
 
   void trace() {

@@ -89,7 +89,8 @@ class Task:
         """Executes the policy once.
 
         :param policy: with the dimensions of the description, started
-        :param seed: what a task that is not deterministic draws its random numbers from
+        :param seed: what a task that is not deterministic draws its random numbers from: an integer from
+            0 to 2**64 - 1, which ``numpy.random.default_rng(seed)`` takes
         :return: the reward
         :raises Failed: or any other exception: reward 0, with the reason
         :raises Discarded: to be tried again
