@@ -1,6 +1,7 @@
 #include "common/program/process_start.h"
 
 #include <fcntl.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
@@ -32,6 +33,36 @@ void end_now(int /*signal*/) {
   _exit(stopped_status);
 }
 
+/// Until the child ends. What is passed on is in `heard`, and SIGCHLD.
+[[noreturn]] void stand_before(pid_t child, const sigset_t& heard) {
+  for (;;) {
+    siginfo_t told{};
+    const int signal = sigwaitinfo(&heard, &told);
+    // What a terminal says it says to the child too, which would take the second for haste.
+    const bool is_news = signal > 0 && signal != SIGCHLD && told.si_code != SI_KERNEL;
+    if (is_news) kill(child, signal);
+    int status = 0;
+    for (pid_t ended = 0; (ended = waitpid(-1, &status, WNOHANG)) > 0;) {
+      if (ended != child) continue;
+      constexpr int kEndedBySignal = 128;
+      _exit(WIFEXITED(status) ? WEXITSTATUS(status) : kEndedBySignal + WTERMSIG(status));
+    }
+  }
+}
+
+void leave_first_place() {
+  sigset_t heard;
+  sigset_t before;
+  sigemptyset(&heard);
+  for (const int signal : kStopSignals) sigaddset(&heard, signal);
+  for (const int signal : {SIGCHLD, SIGQUIT, SIGUSR1, SIGUSR2}) sigaddset(&heard, signal);
+  sigprocmask(SIG_BLOCK, &heard, &before);
+  const pid_t child = fork();
+  CHECK(child >= 0, "the first process cannot fork");
+  if (child > 0) stand_before(child, heard);
+  sigprocmask(SIG_SETMASK, &before, nullptr);
+}
+
 }  // namespace
 
 void settle_process() {
@@ -46,6 +77,7 @@ void settle_process() {
   set_handler(SIGCHLD, SIG_DFL);
   // Handlers that do nothing rather than SIG_IGN, which a program executed from here would keep.
   for (const int signal : {SIGPIPE, SIGXFSZ}) set_handler(signal, [](int) {});
+  if (getpid() == 1) leave_first_place();
 }
 
 std::vector<int> stop_signals() {

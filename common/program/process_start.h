@@ -10,7 +10,10 @@ namespace treeroll {
 /// - signals are unblocked, and the ends of children can be waited for (SIGCHLD);
 /// - a reader that has gone (SIGPIPE) and a limit on the size of files (SIGXFSZ) make the write
 ///   fail, which is then an error with a word. Programs that are started from here have the
-///   default again.
+///   default again;
+/// - the first process of a container (id 1) is parent to all that lose theirs, and would have to
+///   reap them: it does that alone from now on, and its child goes on here as the program. It
+///   passes signals on, and ends as the child does.
 void settle_process();
 
 /// The signals that ask a program to end, SIGTERM, SIGINT and SIGHUP, without those that whoever

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <csignal>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "tests/worker_app/learner_stand_in.h"
@@ -159,6 +161,59 @@ TEST(WorkerWithProgramTest, LeavesNoProgramBehindWhenItIsKilled) {
   EXPECT_TRUE(stage.learner.until([&] { return !is_alive(family[1]) && !is_alive(family[2]); }));
   // What a program has started is its own to end: here all of the evaluator's group that is left.
   kill(-family[1], SIGKILL);
+}
+
+/// All that descends from it, zombies too.
+std::vector<std::string> lines_of_family(pid_t pid) {
+  std::vector<pid_t> family{pid};
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < family.size(); ++i) {
+    const std::string place = "/proc/" + std::to_string(family[i]);
+    std::ifstream children(place + "/task/" + std::to_string(family[i]) + "/children");
+    for (pid_t child = 0; children >> child;) family.push_back(child);
+    std::getline(std::ifstream(place + "/stat"), lines.emplace_back());
+  }
+  return lines;
+}
+
+TEST(WorkerWithProgramTest, TheFirstProcessOfAContainerReapsWhatProgramsLeaveBehind) {
+  const std::string unshare = "/usr/bin/unshare";
+  const std::vector<std::string> as_first{"--user", "--map-root-user", "--pid", "--fork",
+                                          "--kill-child"};
+  auto words = as_first;
+  words.emplace_back("/bin/true");
+  if (Child(words, "", unshare).wait() != 0) GTEST_SKIP() << "no namespaces here";
+  LearnerStandIn learner(29);
+  words = as_first;
+  for (const auto& word : Stage::with({TREEROLL_WORKER_PROGRAM, "--processes=1"}, learner.url())) {
+    words.push_back(word);
+  }
+  Child container(words, "", unshare);
+  ASSERT_TRUE(learner.meet_worker());
+  const auto count = [&](const char* what) {
+    return std::ranges::count_if(lines_of_family(container.pid()), [&](const std::string& line) {
+      return line.find(what) != std::string::npos;
+    });
+  };
+  const auto evaluator = [&] {
+    pid_t parent = 0;
+    for (const std::string& line : lines_of_family(container.pid())) {
+      const std::size_t state = line.find("(python3) S ");
+      if (state != std::string::npos) parent = std::stoi(line.substr(state + 12));
+    }
+    return parent;
+  };
+  // One that is killed leaves its program to the first process.
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(learner.until([&] { return evaluator() != 0; }));
+    const pid_t killed = evaluator();
+    kill(killed, SIGKILL);
+    ASSERT_TRUE(learner.until([&] { return evaluator() != 0 && evaluator() != killed; }));
+  }
+  EXPECT_TRUE(learner.until([&] { return count(") Z") == 0; }));
+  kill(children_of(container.pid()).at(0), SIGTERM);
+  EXPECT_EQ(container.wait(), 0) << "it was passed on, once";
+  EXPECT_THAT(container.errors(), testing::Not(HasSubstr("twice")));
 }
 
 TEST(WorkerWithProgramTest, RefusesACommandThatNamesNoProgram) {
