@@ -132,22 +132,32 @@ Result<std::string> converse(Pipe& to_child, Pipe& from_child, const std::string
   }
 }
 
+double seconds_of(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+struct ChildEnd {
+  int wait_status = 0;
+  double processor_s = 0;
+};
+
 /// Reaps the child if it ends before the deadline.
-std::optional<int> wait_until(pid_t child, Clock::time_point deadline) {
+std::optional<ChildEnd> wait_until(pid_t child, Clock::time_point deadline) {
   for (;;) {
     int wait_status = 0;
-    if (waitpid(child, &wait_status, WNOHANG) == child) return wait_status;
+    rusage used{};
+    if (wait4(child, &wait_status, WNOHANG, &used) == child) {
+      return ChildEnd{wait_status, seconds_of(used.ru_utime) + seconds_of(used.ru_stime)};
+    }
     if (Clock::now() > deadline) return std::nullopt;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 }
 
-int kill_and_reap(pid_t child) {
+void kill_and_reap(pid_t child) {
   kill(child, SIGKILL);
-  int wait_status = 0;
-  while (waitpid(child, &wait_status, 0) < 0 && errno == EINTR) {
+  while (waitpid(child, nullptr, 0) < 0 && errno == EINTR) {
   }
-  return wait_status;
 }
 
 }  // namespace
@@ -175,17 +185,17 @@ Result<ProgramOutput> run_program(const std::filesystem::path& program,
   const Clock::time_point deadline = Clock::now() + limit;
   Result<std::string> output = converse(to_child, from_child, input, deadline, output_bytes_max);
   // It may have closed its output without ending.
-  std::optional<int> wait_status = output ? wait_until(*child, deadline) : std::nullopt;
-  if (!wait_status) {
-    wait_status = kill_and_reap(*child);
+  const std::optional<ChildEnd> end = output ? wait_until(*child, deadline) : std::nullopt;
+  if (!end) {
+    kill_and_reap(*child);
     if (output) output = Error{"it takes too long"};
   }
   std::signal(SIGPIPE, before);
   if (!output) return Error{fmt::format("{}: {}", program.string(), output.error().message)};
-  if (status_of(*wait_status) == kCannotStart) {
+  if (status_of(end->wait_status) == kCannotStart) {
     return Error{fmt::format("{}: cannot be executed", program.string())};
   }
-  return ProgramOutput{status_of(*wait_status), std::move(*output)};
+  return ProgramOutput{status_of(end->wait_status), end->processor_s, std::move(*output)};
 }
 
 Result<pid_t> start_child(const std::filesystem::path& program,

@@ -18,7 +18,8 @@ inline constexpr int kEndedBySignal = 128;
 /// What a program that was run to its end has said.
 struct ProgramOutput {
   int exit_status = 0;
-  std::string output;  ///< standard output
+  double processor_s = 0;  ///< of the program and of those it has waited for
+  std::string output;      ///< standard output
 };
 
 /// The program of that name that is installed or built beside this one.

@@ -129,15 +129,19 @@ PolicyEvaluation evaluate_with(const WorkerProgram& worker_program, const TaskDe
   if (!answer) throw std::runtime_error("cannot evaluate: " + answer.error().message);
   // How the evaluation ended the process says more than what it has printed before.
   const int signal = answer->exit_status - kEndedBySignal;
-  if (signal == SIGXCPU || signal == SIGKILL) {
+  // SIGKILL is the system's word on the limit where SIGXCPU was not heeded. Else it is another's.
+  const bool is_past_limit = signal == SIGKILL && answer->processor_s >= task.time_limit_s;
+  if (signal == SIGXCPU || is_past_limit) {
     return {.outcome = Outcome::failed(
                 RolloutStatus::kTimedOut,
                 fmt::format("took more than the task's limit of {} s of processor time",
                             task.time_limit_s))};
   }
   if (signal > 0) {
-    return {.outcome = Outcome::failed(RolloutStatus::kCrashed,
-                                       fmt::format("was ended by signal {}", signal))};
+    return {.outcome = Outcome::failed(
+                RolloutStatus::kCrashed,
+                fmt::format("was ended by signal {}{}", signal,
+                            signal == SIGKILL ? ", for want of memory most likely" : ""))};
   }
   const std::string unusable =
       fmt::format("{} --evaluate ended with status {} and said nothing that can be read",

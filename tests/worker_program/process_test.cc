@@ -9,6 +9,9 @@
 #include <string>
 #include <thread>
 
+#include "learner/worker_program/worker_evaluation.h"
+#include "tests/files/scratch_folder.h"
+
 namespace treeroll {
 namespace {
 
@@ -61,10 +64,28 @@ TEST(RunProgramTest, WhatCannotBeExecutedIsSaid) {
   EXPECT_THAT(ran.error().message, HasSubstr("cannot be executed"));
 }
 
+/// How a worker executable that is this script ends.
+Outcome outcome_with(const std::string& script) {
+  const ScratchFolder folder;
+  const std::filesystem::path program = folder.path() / "worker";
+  std::ofstream(program) << "#!/bin/sh\n" << script << '\n';
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  return evaluate_with({.path = program, .evaluator = {}}, {.time_limit_s = .2},
+                       {.task_content = "{}", .policy_text = "{}"})
+      .outcome;
+}
+
+TEST(EvaluateWithTest, TellsWhoWasKilledFromWhoWasPastTheLimit) {
+  const Outcome killed = outcome_with("kill -KILL $$");
+  EXPECT_EQ(killed.status(), RolloutStatus::kCrashed);
+  EXPECT_EQ(killed.reason(), "was ended by signal 9, for want of memory most likely");
+  const Outcome late = outcome_with("ulimit -t 1; trap '' XCPU; while :; do :; done");
+  EXPECT_EQ(late.status(), RolloutStatus::kTimedOut);
+}
+
 TEST(EndChildTest, AsksTwiceBeforeItKills) {
-  const std::filesystem::path told =
-      std::filesystem::path(testing::TempDir()) / "treeroll_end_child_test";
-  std::filesystem::remove(told);
+  const ScratchFolder folder;
+  const std::filesystem::path told = folder.path() / "told";
   const std::string script = "trap 'trap \"echo in haste > " + told.string() +
                              "; exit\" TERM; echo > " + told.string() + "' TERM; : > " +
                              told.string() + "; while :; do sleep .02; done";
@@ -77,7 +98,6 @@ TEST(EndChildTest, AsksTwiceBeforeItKills) {
   std::string line;
   std::getline(said, line);
   EXPECT_EQ(line, "in haste");
-  std::filesystem::remove(told);
 }
 
 }  // namespace
