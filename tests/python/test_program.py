@@ -8,7 +8,7 @@ import subprocess
 import sys
 import unittest
 
-from support import policy_text
+from support import ProgramTest, policy_text
 import treeroll
 from treeroll.program import converse
 
@@ -141,6 +141,39 @@ class ProgramLinesTest(unittest.TestCase):
             answers(tasks=(Reach, Reach))
         with self.assertRaises(ValueError):
             answers(tasks=())
+
+
+FILE_OF_A_TASK = """
+from __future__ import annotations
+
+import dataclasses
+import multiprocessing
+
+import treeroll
+
+@dataclasses.dataclass
+class State:
+    angle_rad: float
+
+class Robot(treeroll.Task):
+    def describe(self):
+        # A child that is started anew finds the class by the name of its module.
+        with multiprocessing.get_context("spawn").Pool(1) as pool:
+            state = pool.apply(State, (2.0,))
+        return treeroll.Description(1, 1, state.angle_rad)
+"""
+
+
+class ProgramOfAFileTest(ProgramTest):
+    def test_a_file_is_a_module_like_any_other(self):
+        for name in ("arm.py", "an arm.py", "json.py"):
+            file = self.folder / name
+            file.write_text(FILE_OF_A_TASK if name == "arm.py" else FILE_OF_A_TASK.replace("pool.apply(State, (2.0,))",
+                                                                                            "State(2.0)"))
+            ran = subprocess.run([sys.executable, "-m", "treeroll", "task", f"{file}:Robot"], text=True,
+                                 input=json.dumps(describe("robot")), capture_output=True, timeout=60)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            self.assertEqual(json.loads(ran.stdout)["time_limit_s"], 2, ran.stderr)
 
 
 class ProgramEndTest(unittest.TestCase):

@@ -18,11 +18,15 @@ from .watcher import Watcher
 def load_task(place: str) -> type:
     """The class of FILE.py:CLASS."""
     file, _, name = place.rpartition(":")
-    spec = importlib.util.spec_from_file_location("treeroll_task", file) if file else None
+    # By the name under which others, a child of multiprocessing say, import it: what is pickled has it.
+    stem = Path(file).stem
+    module_name = stem if stem.isidentifier() and stem not in sys.modules else "treeroll_task"
+    spec = importlib.util.spec_from_file_location(module_name, file) if file else None
     if spec is None or not Path(file).is_file():
         sys.exit(f"{place}: must be FILE.py:CLASS")
     module = importlib.util.module_from_spec(spec)
     sys.path.insert(0, str(Path(file).resolve().parent))
+    sys.modules[module_name] = module
     spec.loader.exec_module(module)
     if not hasattr(module, name):
         sys.exit(f"{place}: the file has no class {name}")
