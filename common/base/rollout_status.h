@@ -11,7 +11,7 @@ enum class RolloutStatus : std::int8_t {
   kOk = 0,
   kDiverged = 1,  ///< the simulation left the finite numbers or its own bounds
   kFailed = 2,    ///< the task could not evaluate this policy, for a reason of its own
-  kCrashed = 3,   ///< it ended several evaluators by a fatal signal of its own
+  kCrashed = 3,   ///< several evaluators exited or died by a fatal signal under it
   kTimedOut = 4,  ///< it ended several evaluators by exceeding the task's time limit
   /// The task says that the trial is void and is to be made again; a roll-out ends so that was
   /// discarded more often than its study allows.

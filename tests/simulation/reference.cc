@@ -10,7 +10,8 @@ namespace treeroll::simulation {
 
 std::vector<RunRecord> faultless_records(const Study& study, const VirtualTask& task,
                                          const std::vector<int>& ends) {
-  constexpr const char* kCrashReason = "ended 3 evaluators by a fatal signal";
+  constexpr const char* kCrashReason =
+      "3 evaluators ended under it, and the last one was ended by signal 11";
   constexpr const char* kTimeReason = "took more than the task's 0.4 s, 3 times";
   const WithoutFault without_fault;
   std::vector<RunRecord> records;

@@ -40,6 +40,8 @@ TEST(WorkerEvaluatorsTest, ARolloutThatCrashesThreeOfThemIsAnsweredAsCrashed) {
     stage.die(0, Death::kFatalSignal, 11);
   }
   EXPECT_EQ(last_result(stage).outcome.status(), RolloutStatus::kCrashed);
+  EXPECT_EQ(last_result(stage).outcome.reason(),
+            "3 evaluators ended under it, and the last one was ended by signal 11");
   EXPECT_EQ(last_result(stage).outcome.reward(), 0);
   EXPECT_EQ(stage.running(0).key.number, 2);
   const auto status = stage.status();
@@ -52,8 +54,10 @@ TEST(WorkerEvaluatorsTest, ATaskThatCallsExitIsACrashToo) {
   Stage stage;
   stage.define();
   stage.ask({stage.request(1)});
-  for (int i = 0; i < 3; ++i) stage.die(0, Death::kExited, 0);
+  for (int i = 0; i < 3; ++i) stage.die(0, Death::kExited, 1);
   EXPECT_EQ(last_result(stage).outcome.status(), RolloutStatus::kCrashed);
+  EXPECT_EQ(last_result(stage).outcome.reason(),
+            "3 evaluators ended under it, and the last one exited with status 1");
 }
 
 TEST(WorkerEvaluatorsTest, ForeignSignalsNeverCountAndTheRolloutIsAnsweredInTheEnd) {

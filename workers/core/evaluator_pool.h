@@ -91,7 +91,7 @@ class EvaluatorPool : public Evaluators {
   // evaluator_pool_lives.cc: how they start, how long they may take, how they end.
   Ends on(const Turn& turn, const CpuTimeMeasured& event, DefinitionShelf& definitions);
   Ends on(const Turn& turn, const EvaluatorDied& event, DefinitionShelf& definitions);
-  WorkEnd interrupted(const Turn& turn, const Evaluator& evaluator, const Work& work,
+  WorkEnd interrupted(const Turn& turn, const EvaluatorDied& event, const Work& work,
                       bool charged) const;
   void start(const Turn& turn, int index);
   void kill(const Turn& turn, int index);

@@ -155,7 +155,7 @@ EvaluatorPool::Ends EvaluatorPool::on(const Turn& turn, const EvaluatorDied& eve
   Ends ends;
   for (const Given& given : evaluator.given) {
     if (given.wanted && !given.done) {
-      ends.push_back(interrupted(turn, evaluator, given.work, charged));
+      ends.push_back(interrupted(turn, event, given.work, charged));
     }
   }
   if (evaluator.loading && evaluator.given.empty()) {
@@ -179,8 +179,9 @@ EvaluatorPool::Ends EvaluatorPool::on(const Turn& turn, const EvaluatorDied& eve
 }
 
 /// What becomes of the work of an evaluator that has ended.
-WorkEnd EvaluatorPool::interrupted(const Turn& turn, const Evaluator& evaluator, const Work& work,
+WorkEnd EvaluatorPool::interrupted(const Turn& turn, const EvaluatorDied& event, const Work& work,
                                    bool charged) const {
+  const Evaluator& evaluator = evaluators_.at(static_cast<std::size_t>(event.evaluator));
   const RolloutName& name = work.name;
   Mishaps mishaps = work.mishaps;
   if (evaluator.given.size() > 1) {
@@ -196,10 +197,10 @@ WorkEnd EvaluatorPool::interrupted(const Turn& turn, const Evaluator& evaluator,
   }
   if (mishaps.num_strikes >= settings_.num_strikes_max) {
     const std::string reason =
-        evaluator.timed_out
-            ? fmt::format("took more than the task's {:g} s, {} times",
-                          to_seconds(evaluator.time_limit), mishaps.num_strikes)
-            : fmt::format("ended {} evaluators by a fatal signal", mishaps.num_strikes);
+        evaluator.timed_out ? fmt::format("took more than the task's {:g} s, {} times",
+                                          to_seconds(evaluator.time_limit), mishaps.num_strikes)
+                            : fmt::format("{} evaluators ended under it, and the last one {}",
+                                          mishaps.num_strikes, describe(event.death, event.code));
     return WorkAnswered{
         .name = name,
         .outcome = Outcome::failed(
