@@ -63,7 +63,8 @@ int spawn(int socket, const EvaluatorSettings& settings, pid_t& pid) {
   std::vector<std::string> words{"treeroll-worker",
                                  "--evaluator-socket=" + std::to_string(kEvaluatorSocket),
                                  "--parent=" + std::to_string(getpid()),
-                                 "--memory-limit-mb=" + std::to_string(settings.memory_mb_max)};
+                                 "--memory-limit-mb=" + std::to_string(settings.memory_mb_max),
+                                 "--processes=" + std::to_string(settings.num_evaluators)};
   if (!settings.program.empty()) words.push_back("--evaluator=" + settings.program);
   if (logs_as_json()) words.insert(words.end(), {"--log", "json"});
   std::vector<char*> arguments;

@@ -24,6 +24,7 @@ inline constexpr Duration kEvaluatorEndGrace = kProgramEndGrace + std::chrono::s
 struct EvaluatorSettings {
   std::string program;    ///< command of the user's program that evaluates; empty: our own tasks do
   int memory_mb_max = 0;  ///< of data a process may hold; 0: no limit of ours
+  int num_evaluators = 1;
 };
 
 /// An evaluator as its daemon sees it: a process of this very executable and a socket to it. Ends

@@ -2,23 +2,22 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
 namespace treeroll::worker {
 
 bool LineBudget::allows(TimePoint now) {
-  if (now - since_ >= std::chrono::seconds(1)) {
-    since_ = now;
-    num_passed_ = 0;
-  }
-  const bool passes = num_passed_ < kLinesPerSecond;
-  if (passes) {
-    ++num_passed_;
-  } else {
+  const std::int64_t num_gained = (now - since_) / pause_;
+  since_ += num_gained * pause_;
+  num_left_ = std::min<std::int64_t>(num_left_ + num_gained, kLinesAtOnce);
+  if (num_left_ == 0) {
     ++num_left_out_;
+    return false;
   }
-  return passes;
+  --num_left_;
+  return true;
 }
 
 std::int64_t LineBudget::take_left_out() { return std::exchange(num_left_out_, 0); }

@@ -121,8 +121,9 @@ int serve(const Options& options, const TaskRegistry& registry) {
   auto keys = transport::key_file_of("--key-file", options.key_file, transport::Voice::kWorker);
   if (keys) settings.worker_id = keys->keys().worker_id(settings.worker_id);
   const std::string trust = transport::trust_in_words(keys);
-  auto daemon = WorkerDaemon::open(url, std::move(keys), settings,
-                                   {options.evaluator, options.memory_limit_mb});
+  auto daemon =
+      WorkerDaemon::open(url, std::move(keys), settings,
+                         {options.evaluator, options.memory_limit_mb, settings.num_evaluators});
   if (!daemon) {
     spdlog::error("{}", daemon.error().message);
     return kExitBadInput;
@@ -174,7 +175,7 @@ std::unique_ptr<TaskSource> source_of(const Options& options, const TaskRegistry
   return tasks_of(std::make_unique<UserProgram>(
       ProgramSettings{.command = options.evaluator,
                       .words = read_program_command(kEvaluatorOption, options.evaluator)},
-      ProgramLog()));
+      ProgramLog(options.processes.empty() ? 1 : read_processes(options.processes))));
 }
 
 int serve_daemon(const Options& options, const TaskRegistry& registry) {
