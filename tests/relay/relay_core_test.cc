@@ -107,6 +107,27 @@ TEST(RelayCoreTest, WithoutWorkersItGivesItsWorkBackAndHasNoRoom) {
   EXPECT_THAT(stage.results(), SizeIs(2));
 }
 
+TEST(RelayCoreTest, WithWorkersThatDoNotHearItGivesItsWorkBackAndHasNoRoom) {
+  RelayStage stage;
+  stage.add_worker(1);
+  stage.pass(1s);
+  stage.below_is_deaf = true;
+  stage.define();
+  stage.ask({0, 1});
+  EXPECT_THAT(stage.above<WorkerStatus>().back().held.at(0).keys, SizeIs(2));
+  stage.pass(10s);
+  const WorkerStatus status = stage.above<WorkerStatus>().back();
+  EXPECT_EQ(status.free_slots, 0);
+  EXPECT_THAT(status.held.at(0).keys, IsEmpty()) << "else they would be kept from all others";
+  EXPECT_TRUE(stage.logs("no worker can be given roll-outs"));
+  stage.below_is_deaf = false;
+  stage.pass(10s);
+  EXPECT_GT(stage.above<WorkerStatus>().back().free_slots, 0);
+  stage.ask({0, 1});
+  stage.pass(1s);
+  EXPECT_THAT(stage.results(), SizeIs(2));
+}
+
 TEST(RelayCoreTest, MixesNoClassesAndSaysWhoIsLeftOut) {
   RelayStage stage;
   stage.add_worker(1);
@@ -188,8 +209,14 @@ TEST(RelayCoreTest, AWorkerBelowWithARewardOutOfRangeIsDistrustedThere) {
   stage.pass(1s);
   EXPECT_THAT(stage.results(), IsEmpty()) << "else the learner would distrust the whole rack";
   EXPECT_TRUE(stage.logs("outside the task's range"));
+  stage.pass(2s);
+  const WorkerStatus status = stage.above<WorkerStatus>().back();
+  EXPECT_EQ(status.free_slots, 0);
+  EXPECT_THAT(status.held.at(0).keys, IsEmpty()) << "others of the learner's may have it";
   stage.add_worker(2);
   stage.pass(2s);
+  stage.ask({0});
+  stage.pass(1s);
   EXPECT_THAT(stage.results(), SizeIs(1));
 }
 

@@ -32,6 +32,8 @@ class RelayStage {
     workers_.push_back(std::make_unique<Place>(learner::FakeWorker(id, duration)));
     return workers_.back()->worker;
   }
+  /// What is sent does not reach the workers; what they say is heard.
+  bool below_is_deaf = false;
   void remove_worker(std::size_t place) {
     workers_.erase(workers_.begin() + static_cast<std::ptrdiff_t>(place));
   }
@@ -179,6 +181,7 @@ class RelayStage {
       const auto* send = std::get_if<SendBelow>(&effect);
       if (send == nullptr) continue;
       below_.push_back(send->message);
+      if (below_is_deaf) continue;
       for (const auto& place : workers_) {
         if (const auto* batch = std::get_if<protocol::RolloutBatch>(&send->message)) {
           place->learner = batch->learner_id;

@@ -113,9 +113,8 @@ void WorkerCore::assign_work(const Turn& turn) {
 /// Where every evaluator dies again and again the host is in trouble, not what it holds.
 void WorkerCore::give_up_in_trouble(const Turn& turn) {
   if (!evaluators_.in_trouble()) return;
-  turn.warn(
-      "roll-outs given up",
-      fmt::format("gives {} roll-outs up: all its evaluators die again and again", queue_.size()));
+  turn.warn("roll-outs given up",
+            fmt::format("gives {} roll-outs up: it has no evaluator that lasts", queue_.size()));
   std::vector<RolloutName> names;
   for (const auto& [name, held] : queue_.all()) names.push_back(name);
   for (const RolloutName& name : names) drop(name);  // one that was killed may not have ended yet

@@ -1,5 +1,6 @@
 #include "workers/relay/downlink.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "common/base/check.h"
@@ -70,6 +71,17 @@ void Downlink::give_up_all() {
     news_.ends.emplace_back(worker::WorkGivenUp{name(key)});
   }
   open_.clear();
+}
+
+bool Downlink::is_stranded(TimePoint now) const {
+  const auto may_work = [&](const auto& known) {
+    const learner::WorkerEntry& worker = known.second;
+    const bool is_in_order = worker.num_evaluators > 0 && !worker.draining && !worker.distrusted &&
+                             !worker.refuses_too_much();
+    return is_in_order && !worker.hearing.seems_deaf(now);
+  };
+  const auto& workers = workforce_.workers().all();
+  return !workers.empty() && std::ranges::none_of(workers, may_work);
 }
 
 void Downlink::drain() {

@@ -67,6 +67,8 @@ class Downlink : private learner::Client {
   void keep_only(const worker::DefinitionShelf& definitions);
 
   std::size_t num_open() const { return open_.size(); }
+  /// There are workers, and none is of use: each is distrusted, or has not heard for seconds.
+  bool is_stranded(TimePoint now) const;
 
  private:
   struct Open {

@@ -109,9 +109,9 @@ std::vector<worker::WorkEnd> Rack::on(const worker::Turn& turn, const worker::Ev
 }
 
 void Rack::set_count(int count) {
-  next_count_ = count;
+  next_count_ = is_stranded_ ? 0 : count;
   // Else what they had would be kept from all others until one comes.
-  if (count == 0) {
+  if (next_count_ == 0) {
     for (auto& [id, downlink] : downlinks_) downlink.give_up_all();
   }
 }
@@ -144,6 +144,12 @@ void Rack::remind(TimePoint now) {
         downlink.num_open() == 0 && now >= downlink.heard_above() + settings_.learner_silence_max;
     is_gone ? downlink.leave() : downlink.remind(turn);
     it = is_gone ? downlinks_.erase(it) : std::next(it);
+  }
+  const auto is_stranded = [&](const auto& served) { return served.second.is_stranded(now); };
+  is_stranded_ = !downlinks_.empty() && std::ranges::all_of(downlinks_, is_stranded);
+  if (is_stranded_) {
+    turn.warn("workers of no use",
+              "no worker can be given roll-outs: each is distrusted or does not hear");
   }
   if (forgets_refusals_ && now >= refusals_end_) looks_ = true;
   turn.log_due();

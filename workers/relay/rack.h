@@ -23,7 +23,7 @@ struct RackSettings {
 
 /// All workers below, as the evaluators of one worker: a Downlink for each learner. What it is
 /// given goes down at once, since the workers have queues of their own. What comes of it is taken
-/// up by on(EvaluatorReady{}), which its owner gives the core above whenever has_news().
+/// up by on(EvaluatorDied{}), which its owner gives the core above whenever has_news().
 class Rack : public worker::Evaluators {
  public:
   explicit Rack(RackSettings settings) : settings_(settings) {}
@@ -50,12 +50,14 @@ class Rack : public worker::Evaluators {
   TimePoint next_deadline() const override { return TimePoint::max(); }
   void excuse(Duration) override {}
   bool any_living() const override { return count_ > 0; }
-  bool in_trouble() const override { return false; }
+  /// What waits for a word of its workers is given up too.
+  bool in_trouble() const override { return count_ == 0; }
   std::int64_t num_restarts() const override { return 0; }
 
   // For the relay.
 
-  /// Evaluators below from now on. Without any all work is given up.
+  /// Evaluators below from now on: none where no worker is of use to any learner. Without any all
+  /// work is given up.
   void set_count(int count);
   bool has_news() const { return looks_ || count_ != next_count_ || !news_.empty(); }
   void receive(TimePoint now, const protocol::Message& message);
@@ -85,6 +87,7 @@ class Rack : public worker::Evaluators {
   LogLimiter log_limiter_;
   int count_ = 0;
   int next_count_ = 0;  ///< from on() on, so that the core sees it change
+  bool is_stranded_ = false;
   bool looks_ = false;  ///< refusals are to be forgotten
   bool draining_ = false;
   std::int64_t num_served_ = 0;  ///< learners, a returning one anew

@@ -202,8 +202,9 @@ void RelayCore::step_upwards(const Turn& turn, const worker::Event& event) {
 /// What has come from below goes up, what from above down. The journal's part is played by the
 /// answers that are kept until they are settled above.
 void RelayCore::settle(const Turn& turn) {
-  // A verdict may set roll-outs free, and a roll-out given down be refused at once.
-  while (above_ && rack_.has_news() && !exited_) step_upwards(turn, worker::EvaluatorReady{});
+  // A verdict may set roll-outs free, and a roll-out given down be refused at once. The event is
+  // the one after which a worker gives up all that it holds, if none of its evaluators is left.
+  while (above_ && rack_.has_news() && !exited_) step_upwards(turn, worker::EvaluatorDied{});
   if (above_ && !exited_) step_upwards(turn, worker::InboxDrained{});
   rack_.dispatch(turn.now);
   for (learner::Effect& effect : rack_.take_effects()) {
