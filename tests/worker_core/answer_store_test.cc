@@ -64,6 +64,19 @@ TEST(AnswerStoreTest, DropsTheOldestAcknowledgedFirst) {
   EXPECT_EQ(store.from(1, store.first_index(1), 999).size(), 2U);
 }
 
+TEST(AnswerStoreTest, WhatIsAskedAgainForEverGrowsNothing) {
+  AnswerStore store(10);
+  for (int i = 0; i < 5; ++i) store.add(1, result(i));
+  for (int round = 0; round < 100; ++round) {
+    store.acknowledge(1, store.last_index(1));
+    for (int i = 1; i < 5; ++i) EXPECT_TRUE(store.repeat(1, {0, i}, 0, round)) << i;
+  }
+  // The first one, which is not asked again, would keep all gaps behind it.
+  EXPECT_FALSE(store.repeat(1, {0, 0}, 0, 0));
+  EXPECT_EQ(store.size(), 4U);
+  EXPECT_EQ(store.from(1, store.first_index(1), 999).size(), 4U);
+}
+
 TEST(AnswerStoreTest, RemembersHowFarItCountedForSomeThousandLearnersThatAreGone) {
   AnswerStore store(10);
   const auto num_kept = static_cast<protocol::LearnerId>(protocol::kForgottenLearnersMax);

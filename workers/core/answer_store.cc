@@ -54,6 +54,8 @@ std::optional<std::int64_t> AnswerStore::repeat(protocol::LearnerId learner,
   answer.is_here = false;
   append(row, answer.result);
   drop_leading_gaps(row);
+  // Behind one that is not asked again each repetition leaves a gap.
+  while (row.answers.size() > num_answers_max_) drop_oldest(row);
   return row.last_index;
 }
 
@@ -125,12 +127,16 @@ void AnswerStore::evict() {
       if (row.answers.empty()) continue;
       if (victim == nullptr || rank(row) < rank(*victim)) victim = &row;
     }
-    const protocol::RolloutResult& result = victim->answers.front().result;
-    victim->indices.erase({result.key, result.content});
-    victim->answers.pop_front();
-    drop_leading_gaps(*victim);
-    --num_answers_;
+    drop_oldest(*victim);
   }
+}
+
+void AnswerStore::drop_oldest(Row& row) {
+  const protocol::RolloutResult& result = row.answers.front().result;
+  row.indices.erase({result.key, result.content});
+  row.answers.pop_front();
+  drop_leading_gaps(row);
+  --num_answers_;
 }
 
 }  // namespace treeroll::worker

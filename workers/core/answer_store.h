@@ -72,7 +72,8 @@ class AnswerStore {
   };
 
   bool append(Row& row, protocol::RolloutResult result);
-  void drop_leading_gaps(Row& row);
+  static void drop_leading_gaps(Row& row);
+  void drop_oldest(Row& row);
   void evict();
 
   std::size_t num_answers_max_;
