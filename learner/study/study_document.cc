@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -141,10 +142,8 @@ void add_varied_keys(const std::vector<Factor>& options, std::vector<std::string
   std::map<std::string, std::vector<json>> values;
   for (const Factor& option : options) add_values(*option.overlay.settings, "", values);
   for (const auto& [key, given] : values) {
-    const bool is_same =
-        given.size() == options.size() &&
-        std::ranges::all_of(given, [&](const json& value) { return value == given.front(); });
-    if (!is_same) keys.push_back(key);
+    const bool differs = std::ranges::adjacent_find(given, std::not_equal_to{}) != given.end();
+    if (differs || given.size() < options.size()) keys.push_back(key);
   }
 }
 
