@@ -161,9 +161,10 @@ void LearnerDaemon::stop(int signal) {
     step(learner::StopRequested{});
     return loop_.stop();
   }
-  spdlog::warn("{}: waits for the roll-outs under way; once more ends at once", strsignal(signal));
+  spdlog::warn("{}: waits for the roll-outs under way; once more for none", strsignal(signal));
   is_stopping_ = true;
   manager_.say_stopping();
+  manager_.say_busy_for(kWritingMax);  // runs that wait for a layer begin it before the results
   step(learner::StopRequested{});
 }
 

@@ -70,6 +70,7 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
       entry.num_distrusts = left->second.num_distrusts;
       entry.asked = left->second.asked;
       entry.refused = left->second.refused;
+      entry.described = left->second.described;
       left_.erase(left);
     }
     newcomers_.push_back(id);

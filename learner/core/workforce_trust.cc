@@ -121,7 +121,6 @@ void Workforce::forget_false_refusals(const Turn& turn, WorkerEntry& worker,
 
 void Workforce::take_description(const Turn& turn, WorkerEntry& worker, const ContentHash& task,
                                  const TaskDescription& said) {
-  worker.described.insert(task);
   const bool is_known_beforehand = facts_.contains(task) && !accounts_.has(task);
   const bool has_answers = task_times_s_.contains(task);
   if (!is_known_beforehand && !has_answers) {
@@ -136,6 +135,8 @@ void Workforce::take_description(const Turn& turn, WorkerEntry& worker, const Co
   if (!difference) difference = client_.fault_of(task, said);
   difference ? refuse_description(turn, worker, task, *difference)
              : void(worker.refused.erase(task));
+  // One that refuses too much has no room for the word that it is another task.
+  if (!difference || worker.describes_otherwise(task)) worker.described.insert(task);
 }
 
 /// Its word was lost, or it has had the task from another learner.

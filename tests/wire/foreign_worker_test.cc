@@ -169,6 +169,19 @@ TEST_P(ForeignWorkerTest, Rule21RefusesATaskThatItDoesNotKnowAndOneOfOtherSettin
   EXPECT_TRUE(learner.until(refused));
 }
 
+TEST_P(ForeignWorkerTest, Rule21SaysAgainWhatATaskIsThatComesAgain) {
+  start();
+  for (int time = 0; time < 2; ++time) {
+    learner.reports.clear();
+    learner.define(task());
+    EXPECT_TRUE(learner.until([&] {
+      return std::ranges::any_of(learner.reports,
+                                 [](const auto& report) { return report.accepted; });
+    })) << "time "
+        << time;
+  }
+}
+
 TEST_P(ForeignWorkerTest, Rule15And16RepeatsWhatIsNotSeenAndNothingThatIsSettled) {
   start();
   learner.define(task());

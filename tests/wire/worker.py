@@ -64,7 +64,7 @@ class Worker:
         self.signer = Authenticator(keys, self.id) if keys else None
         self.program = _Program((task,))
         self.tasks, self.policies, self.thetas = {}, {}, {}
-        self.pieces, self.refused, self.links, self.queue = {}, {}, {}, []
+        self.pieces, self.refused, self.reports, self.links, self.queue = {}, {}, {}, {}, []
         self.last_indices, self.heard, self.num_workers = {}, set(), 0
         self.described, self.draining, self.num_evaluated = None, False, 0
         self.heartbeat_at, self.ask_at, self.leaves_at = 0.0, 0.0, 0.0
@@ -152,7 +152,11 @@ class Worker:
         count = -(-total // PIECE_BYTES)
         if piece["kind"] == THETA and not any(name[1] in r["theta_ids"] for r in self.queue):
             return
-        if not 0 < total <= DEFINITION_BYTES_MAX or not 0 <= piece["index"] < count or self.has(name):
+        if not 0 < total <= DEFINITION_BYTES_MAX or not 0 <= piece["index"] < count:
+            return
+        if self.has(name):
+            if name in self.reports and piece["index"] == 0:  # [21] also again
+                self.report(piece["learner_id"], name)
             return
         mine = self.pieces.setdefault((piece["learner_id"], name, total), {})
         mine[piece["index"]] = piece["piece"]
@@ -177,8 +181,12 @@ class Worker:
             self.refused[name] = str(error)[:1000] or "refused"
         if name[0] == POLICY and name not in self.refused:
             return
+        self.reports[name] = self.refused.get(name) or text
+        self.report(learner, name)
+
+    def report(self, learner, name):
         self.send("definition_report_t", worker_id=self.id, learner_id=learner, definition_id=name[1],
-                  accepted=name not in self.refused, text=self.refused.get(name) or text)
+                  accepted=name not in self.refused, text=self.reports[name])
 
     def load(self, name, content):
         if name[0] == POLICY:

@@ -31,9 +31,11 @@ void DefinitionShelf::touch(const DefinitionName& name) {
 
 void DefinitionShelf::receive(const Turn& turn, const protocol::DefinitionPiece& piece,
                               const RolloutQueue& held) {
-  if (closed_) return;
   const DefinitionName& name = piece.name;
   Definition* definition = cache(name.kind).find(name.id);
+  // Who drains takes nothing new, but what it has it is asked about: its last answers may wait for
+  // that.
+  if (closed_ && definition == nullptr) return;
   if (definition != nullptr) {
     // All of it may come again for others: one word is enough.
     if (piece.index != 0) return;

@@ -108,7 +108,9 @@ std::optional<double> measure(const MeasuredRun& run, const Measure& measure) {
       return run->final_reward;
     case MeasureKind::kSwitch:
       if (num_rollouts == 0) return {};
-      return run->switches.empty() ? run.budget() : rollouts_before_switch(*run);
+      if (!run->switches.empty()) return rollouts_before_switch(*run);
+      // One that was stopped from outside might have switched yet.
+      return run.has_ended() ? std::optional<double>(run.budget()) : std::nullopt;
     case MeasureKind::kBeforeSwitch:
       return before_switch(run);
     case MeasureKind::kAfterSwitch:

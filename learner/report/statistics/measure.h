@@ -22,6 +22,10 @@ class MeasuredRun {
   const RunRecord& operator*() const { return *record_; }
 
   bool goes_on() const { return last_.has_value(); }
+  /// By itself, so that nothing more comes of it.
+  bool has_ended() const {
+    return goes_on() || num_recorded() >= budget_ || record_->final_reward.has_value();
+  }
   /// With those that it goes on for.
   int num_rollouts() const { return goes_on() ? budget_ : num_recorded(); }
   int budget() const { return budget_; }
