@@ -72,9 +72,7 @@ class StudyMessages {
     if (result && result->key.number < 0) {
       // One that an extension has superseded has left the question open, and answers no other.
       const auto asked = std::exchange(evaluation_asked_, std::nullopt);
-      const learner::Ledger::Entry* open = core.ledger().find(result->key);
-      const bool is_open = open && !open->question.is_run_again();
-      if (asked && (result->outcome.is_discarded() || !is_open)) {
+      if (asked && (result->outcome.is_discarded() || !core.is_unanswered(result->key))) {
         ask_and_answer(core, *result, *asked);
       }
       send(learner::run_status(core.runs()[static_cast<std::size_t>(result->key.run)], core.study(),

@@ -73,8 +73,7 @@ class RolloutTable {
     const auto* result = std::get_if<AcceptedResult>(&record);
     if (!result) return;
     // A void trial is made again under its number: it has a row of its own.
-    const learner::Ledger::Entry* open = core.ledger().find(result->key);
-    const bool is_open = open && !open->question.is_run_again();
+    const bool is_open = core.is_unanswered(result->key);
     const bool is_void = result->outcome.is_discarded() && is_open;
     if (result->key.number >= 0 && !is_void) return;
     const auto found = open_.find(result->key);

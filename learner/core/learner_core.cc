@@ -100,11 +100,10 @@ void LearnerCore::on(const Turn& turn, const ResultRecovered& event) {
   const Ledger::Entry* open = ledger().find(result.key);
   if (!asks(event)) {
     if (event.may_be_superseded) return;
-    return fail(fmt::format("the journal answers run {} roll-out {}, which this study {}",
-                            result.key.run, result.key.number,
-                            open && !open->question.is_run_again()
-                                ? "draws with other numbers"
-                                : "does not ask for at this place"));
+    return fail(fmt::format(
+        "the journal answers run {} roll-out {}, which this study {}", result.key.run,
+        result.key.number,
+        is_unanswered(result.key) ? "draws with other numbers" : "does not ask for at this place"));
   }
   const TaskDescription* facts = workforce_.facts_of(open->question.task_id);
   if (facts && result.outcome.is_ok() && !facts->is_in_range(result.outcome.reward())) {
@@ -116,10 +115,14 @@ void LearnerCore::on(const Turn& turn, const ResultRecovered& event) {
   workforce_.recover(turn, result);
 }
 
+bool LearnerCore::is_unanswered(protocol::RolloutKey key) const {
+  const Ledger::Entry* open = ledger().find(key);
+  return open && !open->question.is_run_again();
+}
+
 bool LearnerCore::asks(const ResultRecovered& event) const {
-  const Ledger::Entry* open = ledger().find(event.result.key);
-  return open && !open->question.is_run_again() &&
-         answers(event.result, event.run_then, open->question);
+  const protocol::RolloutKey key = event.result.key;
+  return is_unanswered(key) && answers(event.result, event.run_then, ledger().find(key)->question);
 }
 
 bool LearnerCore::asks(const SecondRecovered& event) const {

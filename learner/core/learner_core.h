@@ -53,6 +53,8 @@ class LearnerCore : private Client {
   /// The study has had its time (study.stop_after_s): runs draw nothing more.
   bool time_is_up() const { return time_is_up_; }
 
+  /// Whether this roll-out is asked for and has no answer yet.
+  bool is_unanswered(protocol::RolloutKey key) const;
   /// Whether this result answers what is asked now, for the first time.
   bool asks(const ResultRecovered& event) const;
   /// Whether this one answers what is run again now, and its worker has not answered before.
