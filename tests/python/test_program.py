@@ -186,3 +186,10 @@ class ProgramEndTest(unittest.TestCase):
             program.terminate()
             self.assertEqual(program.stderr.read(), "motors off\n")
             self.assertEqual(program.wait(), -signal.SIGTERM, "as of a program that knows nothing of it")
+
+    def test_it_may_run_in_another_thread(self):
+        code = ROBOT.replace("treeroll.run(Robot)", "import threading\nthreading.Thread(target=treeroll.run, args=(Robot,)).start()")
+        self.assertIn("Thread", code)
+        ran = subprocess.run([sys.executable, "-c", code], text=True, input=json.dumps(describe("robot")),
+                             capture_output=True, timeout=60)
+        self.assertIn("time_limit_s", ran.stdout, ran.stderr)

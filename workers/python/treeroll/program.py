@@ -8,6 +8,7 @@ import math
 import os
 import signal
 import sys
+import threading
 import traceback
 from typing import IO, Any, Callable, Optional, Type
 
@@ -24,7 +25,8 @@ def run(*tasks: Type[Task]) -> None:
 
     A worker that ends the program in the midst of a roll-out sends SIGTERM, and SIGKILL 2 s later. Here
     that raises SystemExit, so that ``finally:`` and ``with`` of a driver stop its motors. A handler of
-    one's own that is set before is left alone.
+    one's own that is set before is left alone. Outside of the main thread, where Python lets nobody set one,
+    SIGTERM ends the program at once.
 
     :param tasks: classes; a study chooses among them by their names
     """
@@ -35,7 +37,8 @@ def run(*tasks: Type[Task]) -> None:
     os.close(nothing)
     os.dup2(2, 1)
     sys.stdout = sys.stderr
-    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+    is_main = threading.current_thread() is threading.main_thread()
+    if is_main and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
         signal.signal(signal.SIGTERM, _stop)
     try:
         converse(questions, answers, tasks)
