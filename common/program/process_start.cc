@@ -38,8 +38,10 @@ void end_now(int /*signal*/) {
   for (;;) {
     siginfo_t told{};
     const int signal = sigwaitinfo(&heard, &told);
-    // What a terminal says it says to the child too, which would take the second for haste.
-    const bool is_news = signal > 0 && signal != SIGCHLD && told.si_code != SI_KERNEL;
+    // A key of the terminal tells the child too, which would take the second for haste; of the
+    // terminal's end it tells the first process alone.
+    const bool is_known = told.si_code == SI_KERNEL && signal != SIGHUP;
+    const bool is_news = signal > 0 && signal != SIGCHLD && !is_known;
     if (is_news) kill(child, signal);
     int status = 0;
     for (pid_t ended = 0; (ended = waitpid(-1, &status, WNOHANG)) > 0;) {
