@@ -90,10 +90,12 @@ def evaluate(asked):
         time.sleep(1000)
     if mode == "not_repeatable":
         print("moves", file=sys.stderr, flush=True)
-    if mode == "moves":
+    if mode in ("moves", "moves_in_a_long_line"):
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
         try:
             print("moves", file=sys.stderr, flush=True)
+            if mode == "moves_in_a_long_line":
+                print("x" * 3_000_000, end="", flush=True)
             time.sleep(1000)
         finally:
             time.sleep(0.5)

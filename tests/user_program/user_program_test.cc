@@ -195,27 +195,35 @@ TEST_F(UserProgramTest, ItsEndIsToldWhileWhatItHasStartedHoldsItsOutput) {
   kill(sleeper, SIGKILL);
 }
 
+/// Also one that does not listen to SIGTERM, as who has started it does.
 TEST_F(UserProgramTest, OneThatLeadsAGroupTakesAlongWhatItHasStarted) {
-  start("setsid sh -c 'sleep 300 & echo at $! >&2; read line; sleep 300'");
-  program_->set_answer_limit(std::chrono::seconds(2));
-  EXPECT_THROW(program_->describe("reach", json::object()), ProgramEnded);
-  ASSERT_FALSE(log_.empty());
-  const pid_t sleeper = std::stoi(log_[0].substr(log_[0].rfind(' ')));
-  // Whoever adopts it need not reap it at once: a zombie is no sleeper any more.
-  const auto runs = [&] {
-    std::ifstream stat("/proc/" + std::to_string(sleeper) + "/stat");
-    std::string line;
-    return std::getline(stat, line) && line.find(") Z") == std::string::npos;
-  };
-  for (int i = 0; i < 200 && runs(); ++i) usleep(50'000);
-  EXPECT_FALSE(runs());
-  if (is_alive(sleeper)) kill(sleeper, SIGKILL);
+  for (const std::string sleeping : {"sleep 300", "(trap \"\" TERM; exec sleep 300)"}) {
+    log_.clear();
+    start("setsid sh -c '" + sleeping + " & echo at $! >&2; read line; sleep 300'");
+    program_->set_answer_limit(std::chrono::seconds(2));
+    EXPECT_THROW(program_->describe("reach", json::object()), ProgramEnded);
+    ASSERT_FALSE(log_.empty());
+    const pid_t sleeper = std::stoi(log_[0].substr(log_[0].rfind(' ')));
+    // Whoever adopts it need not reap it at once: a zombie is no sleeper any more.
+    const auto runs = [&] {
+      std::ifstream stat("/proc/" + std::to_string(sleeper) + "/stat");
+      std::string line;
+      return std::getline(stat, line) && line.find(") Z") == std::string::npos;
+    };
+    for (int i = 0; i < 200 && runs(); ++i) usleep(50'000);
+    EXPECT_FALSE(runs()) << sleeping;
+    if (is_alive(sleeper)) kill(sleeper, SIGKILL);
+  }
 }
 
 TEST_F(UserProgramTest, OneThatIsEndedMayStopItsMotors) {
   start();
   program_->set_answer_limit(std::chrono::milliseconds(500));
   EXPECT_EQ(end_of("moves").rule, 3);
+  EXPECT_THAT(log_, Contains("in run 3, roll-out 17: motors off"));
+  log_.clear();
+  start();
+  end_of("moves_in_a_long_line");
   EXPECT_THAT(log_, Contains("in run 3, roll-out 17: motors off"));
   start();
   program_->set_answer_limit(std::chrono::milliseconds(500));

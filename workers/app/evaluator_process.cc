@@ -131,12 +131,7 @@ void EvaluatorProcess::kill() const {
   if (has_program_) ::kill(-pid_, SIGKILL);
 }
 
-bool EvaluatorProcess::has_ended() const {
-  siginfo_t ended{};
-  return pid_ > 0 &&
-         waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
-         ended.si_pid == pid_;
-}
+bool EvaluatorProcess::has_ended() const { return pid_ > 0 && worker::has_ended(pid_); }
 
 std::optional<ChildEnd> EvaluatorProcess::collect() {
   int status = 0;

@@ -71,6 +71,12 @@ void set_non_blocking(int descriptor) {
 
 }  // namespace
 
+bool has_ended(pid_t child) {
+  siginfo_t ended{};
+  return waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+         ended.si_pid == child;
+}
+
 ProgramProcess::ProgramProcess(const std::vector<std::string>& command) {
   std::vector<std::string> words = command;
   std::vector<char*> arguments;
@@ -204,8 +210,8 @@ ProgramProcess::Heard ProgramProcess::hear(std::size_t line_bytes_max, Deadline 
     // After standard output: what was written there before a line is told before it.
     if (ends[0].revents != 0 || ends[1].revents != 0) read_all(errors_);
     if (ends[2].revents != 0) write();
-    const bool only_also = ends[0].revents == 0 && ends[1].revents == 0 && ends[2].revents == 0;
-    if (only_also) return {What::kAlso};
+    // Also of one that writes without a pause.
+    if (ends[3].revents != 0) return {What::kAlso};
   }
 }
 
@@ -217,19 +223,22 @@ void ProgramProcess::read_the_rest() {
   close_one(output_.descriptor);
 }
 
-/// A program that has closed its standard output can answer nothing any more.
+/// A program that has closed its standard output can answer nothing any more. What is left in a
+/// group of its own goes with it, while the group's number cannot be another's yet.
 void ProgramProcess::wait_for_end() {
   using std::chrono::milliseconds;
   auto deadline = std::chrono::steady_clock::now() +
                   (is_asked_to_end_ ? milliseconds(kProgramEndGrace) : kEndGrace);
-  int status = 0;
-  while (waitpid(pid_, &status, WNOHANG) != pid_) {
+  while (!has_ended(pid_)) {
     if (std::chrono::steady_clock::now() > deadline) {
       is_asked_to_end_ ? kill() : terminate();
       deadline += kProgramEndGrace;
     }
     std::this_thread::sleep_for(milliseconds(1));
   }
+  kill();
+  int status = 0;
+  waitpid(pid_, &status, 0);
   // A signal of ours would be nobody's fault; this end is the program's own.
   if (is_asked_to_end_) status = W_EXITCODE(1, 0);
   end_ = WIFEXITED(status) ? ProgramEnd{true, WEXITSTATUS(status)}
@@ -245,8 +254,6 @@ void ProgramProcess::limit_cpu_time(double limit_s) const {
   const rlimit cpu{seconds, seconds + 1};
   prlimit(pid_, RLIMIT_CPU, &cpu, nullptr);
 }
-
-// One that leads a group of its own, as with an operator, takes along what it has started.
 
 void ProgramProcess::terminate() {
   if (end_ || std::exchange(is_asked_to_end_, true)) return;

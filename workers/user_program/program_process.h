@@ -15,6 +15,9 @@ namespace treeroll::worker {
 /// From the word that it is to end (SIGTERM) to SIGKILL: a driver stops its motors meanwhile.
 inline constexpr std::chrono::seconds kProgramEndGrace(2);
 
+/// Whether a child of ours has ended. It is not reaped.
+bool has_ended(pid_t child);
+
 /// How a user's program ended.
 struct ProgramEnd {
   bool exited = false;  ///< else by a signal
@@ -68,6 +71,9 @@ class ProgramProcess {
   ProgramEnd end() const { return *end_; }
   /// SIGXCPU once it has used so much more processor time, rounded up to seconds.
   void limit_cpu_time(double limit_s) const;
+  /// Forgets what it has written to standard output and has not been heard.
+  void drop_output() { output_.lines = LineReader(); }
+  // One that leads a group of its own, as with an operator, takes along what it has started.
   /// SIGTERM, once: it may act upon it, and to many programs a second one means haste.
   void terminate();
   void kill() const;

@@ -74,8 +74,11 @@ void UserProgram::dismiss() {
   while (std::chrono::steady_clock::now() < deadline) {
     const ProgramProcess::Heard heard = process_.hear(kAnswerBytesMax, deadline, {});
     if (heard.what == What::kEnded) return;
-    if (heard.what == What::kTooLong || heard.what == What::kLate) break;
-    note(heard.line);
+    if (heard.what == What::kTooLong) {
+      process_.drop_output();
+    } else if (heard.what != What::kLate) {
+      note(heard.line);
+    }
   }
   process_.kill();
 }
