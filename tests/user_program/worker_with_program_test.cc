@@ -195,23 +195,30 @@ TEST(WorkerWithProgramTest, TheFirstProcessOfAContainerReapsWhatProgramsLeaveBeh
       return line.find(what) != std::string::npos;
     });
   };
+  const pid_t first_process = children_of(container.pid()).at(0);
+  // Of a program, but for one that is left to the first process and about to end.
   const auto evaluator = [&] {
-    pid_t parent = 0;
+    pid_t found = 0;
     for (const std::string& line : lines_of_family(container.pid())) {
-      const std::size_t state = line.find("(python3) S ");
-      if (state != std::string::npos) parent = std::stoi(line.substr(state + 12));
+      const std::string name = "(python3) ";  // then its state, a letter, and its parent
+      const std::size_t state = line.find(name);
+      if (state == std::string::npos || line[state + name.size()] == 'Z') continue;
+      const pid_t parent = std::stoi(line.substr(state + name.size() + 2));
+      if (parent != first_process) found = parent;
     }
-    return parent;
+    return found;
   };
   // One that is killed leaves its program to the first process.
   for (int i = 0; i < 3; ++i) {
-    ASSERT_TRUE(learner.until([&] { return evaluator() != 0; }));
-    const pid_t killed = evaluator();
-    kill(killed, SIGKILL);
-    ASSERT_TRUE(learner.until([&] { return evaluator() != 0 && evaluator() != killed; }));
+    pid_t alive = 0;
+    ASSERT_TRUE(learner.until([&] { return alive != 0 || (alive = evaluator()) != 0; }));
+    kill(alive, SIGKILL);
+    pid_t next = 0;
+    const auto is_another = [&] { return next != 0 && next != alive; };
+    ASSERT_TRUE(learner.until([&] { return is_another() || (next = evaluator(), is_another()); }));
   }
   EXPECT_TRUE(learner.until([&] { return count(") Z") == 0; }));
-  kill(children_of(container.pid()).at(0), SIGTERM);
+  kill(first_process, SIGTERM);
   EXPECT_EQ(container.wait(), 0) << "it was passed on, once";
   EXPECT_THAT(container.errors(), testing::Not(HasSubstr("twice")));
 }
