@@ -1,9 +1,9 @@
 #include "workers/core/evaluator_pool.h"
-#include "common/protocol/pieces.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <string>
 #include <variant>
@@ -148,6 +148,31 @@ TEST_F(EvaluatorPoolTest, WhatIsWithdrawnWhileADefinitionIsLoadedIsNotEvaluated)
   EXPECT_EQ(std::get<WorkAnswered>(ends[0]).name, work(2).name);
   evaluate(0, {work(4)});
   EXPECT_EQ(pool_.idle_evaluator(), 1) << "what was withdrawn is not waited for";
+}
+
+TEST_F(EvaluatorPoolTest, LoadsEachPolicyOfItsWorkThatIsStillWanted) {
+  const std::array<const char*, 3> contents = {"first", "second", "third"};
+  std::vector<Work> works;
+  for (int i = 0; i < 3; ++i) {
+    const DefinitionName name{DefinitionKind::kPolicy, content_hash(contents[i])};
+    shelf_.receive(turn_, protocol::definition_piece(1, name, contents[i], 0), RolloutQueue{});
+    pool_.check(turn_, 1, *shelf_.take_unchecked(), shelf_);
+    on(DefinitionLoaded{1, name, true, "", {1, 1, 2, 2s}});
+    works.push_back(work(i + 1));
+    works.back().request.policy_id = name.id;
+  }
+  effects_.clear();
+  evaluate(0, works);
+  pool_.withdraw(works[1].name);
+  const auto loaded = [&] { return std::get<LoadDefinition>(effects_.back()).name; };
+  for (const int i : {0, 2}) {
+    ASSERT_EQ(loaded().id, works[static_cast<std::size_t>(i)].request.policy_id);
+    on(DefinitionLoaded{0, loaded(), true, "", {1, 1, 2, 2s}});
+  }
+  const RunRollouts run = std::get<RunRollouts>(effects_.back());
+  ASSERT_EQ(run.requests.size(), 2U);
+  EXPECT_EQ(run.requests[0].policy_id, works[0].request.policy_id);
+  EXPECT_EQ(run.requests[1].policy_id, works[2].request.policy_id);
 }
 
 TEST_F(EvaluatorPoolTest, WhereItIsOneAtATimeATaskIsLoadedAnewBeforeTheClockOfItsRollouts) {

@@ -30,7 +30,7 @@ TEST(RolloutQueueTest, KeepsThePlaceOfARolloutThatIsPutBack) {
   EXPECT_EQ(queue.take(), name(1, 1));
 }
 
-TEST(RolloutQueueTest, TakesThoseOfOneLearnerTaskAndPolicyTogether) {
+TEST(RolloutQueueTest, TakesThoseOfOneLearnerAndTaskTogetherWhateverTheirPolicies) {
   RolloutQueue queue;
   const ContentHash other = content_hash("other");
   for (int number = 1; number <= 7; ++number) {
@@ -45,11 +45,40 @@ TEST(RolloutQueueTest, TakesThoseOfOneLearnerTaskAndPolicyTogether) {
   EXPECT_EQ(queue.in_state(RolloutState::kReady).size(), 7U);
   const auto first = queue.take();
   ASSERT_EQ(first, name(1, 1));
-  EXPECT_EQ(queue.take_alike(*first, 1), (std::vector<RolloutName>{name(1, 6)}));
-  EXPECT_EQ(queue.take_alike(*first, 9), (std::vector<RolloutName>{name(1, 7)}));
-  EXPECT_EQ(queue.take_alike(*first, 9), (std::vector<RolloutName>{}));
-  EXPECT_EQ(queue.in_state(RolloutState::kReady).size(), 4U);
+  EXPECT_EQ(queue.take_beside(*first, 1, 9), (std::vector<RolloutName>{name(1, 3)}));
+  EXPECT_EQ(queue.take_beside(*first, 9, 9), (std::vector<RolloutName>{name(1, 6), name(1, 7)}));
+  EXPECT_EQ(queue.take_beside(*first, 9, 9), (std::vector<RolloutName>{}));
+  EXPECT_EQ(queue.in_state(RolloutState::kReady).size(), 3U);
   EXPECT_EQ(queue.find(name(1, 6))->state, RolloutState::kRunning);
+}
+
+TEST(RolloutQueueTest, TakesNoMoreNumbersTogetherThanThereIsRoomFor) {
+  RolloutQueue queue;
+  for (const int number : {1, 2, 3, 4}) {
+    protocol::RolloutRequest request;
+    request.theta.assign(number == 3 ? 90 : 5, .5);
+    queue.add(name(1, number), request, 1, TimePoint{});
+    queue.set_state(name(1, number), RolloutState::kReady);
+  }
+  EXPECT_EQ(queue.take_beside(*queue.take(), 9, 99), (std::vector<RolloutName>{name(1, 2)}))
+      << "the third does not fit, and none overtakes it";
+}
+
+TEST(RolloutQueueTest, LooksForThoseOfATaskAmongTheNextFewAlone) {
+  RolloutQueue queue;
+  const auto add = [&](int number, const char* task) {
+    protocol::RolloutRequest request;
+    request.task_id = content_hash(task);
+    queue.add(name(1, number), request, 1, TimePoint{});
+    queue.set_state(name(1, number), RolloutState::kReady);
+  };
+  add(0, "one");
+  for (int number = 1; number <= 100; ++number) add(number, number % 4 == 0 ? "one" : "another");
+  for (int number = 101; number <= 200; ++number) add(number, "another");
+  add(201, "one");
+  const RolloutName first = *queue.take();
+  EXPECT_EQ(queue.take_beside(first, 25, 0).size(), 25U);
+  EXPECT_TRUE(queue.take_beside(first, 3, 0).empty()) << "far behind others";
 }
 
 TEST(RolloutQueueTest, GivesOutNeitherWaitingNorRemovedOnes) {

@@ -137,13 +137,18 @@ EvaluatorPool::Ends EvaluatorPool::on(const Turn&, const RolloutEvaluated& event
 /// Precondition: one is.
 void EvaluatorPool::continue_work(const Turn& turn, int index, DefinitionShelf& definitions) {
   Evaluator& evaluator = at(index);
-  const protocol::RolloutRequest& request = evaluator.given.front().work.request;
-  const DefinitionName task{DefinitionKind::kTask, request.task_id};
-  for (const DefinitionName& name : {task, {DefinitionKind::kPolicy, request.policy_id}}) {
-    definitions.touch(name);
-    if (!evaluator.known.contains(name)) return load(turn, index, name, definitions);
-  }
+  // The definitions of what is not wanted may be gone.
   std::erase_if(evaluator.given, [](const Given& given) { return !given.wanted; });
+  const auto lacks = [&](const DefinitionName& name) {
+    definitions.touch(name);
+    return !evaluator.known.contains(name);
+  };
+  const DefinitionName task{DefinitionKind::kTask, evaluator.given.front().work.request.task_id};
+  if (lacks(task)) return load(turn, index, task, definitions);
+  for (const Given& given : evaluator.given) {
+    const DefinitionName policy{DefinitionKind::kPolicy, given.work.request.policy_id};
+    if (lacks(policy)) return load(turn, index, policy, definitions);
+  }
   const std::int64_t count = std::ssize(evaluator.given);
   const DefinitionFacts& facts = definitions.find(task)->facts;
   begin_job(turn, evaluator, State::kRunning, count * facts.time_limit);

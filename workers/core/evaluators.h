@@ -59,7 +59,7 @@ class Evaluators {
   virtual std::optional<int> idle_evaluator() const = 0;
   /// Precondition of both: the evaluator is idle. The definition is one take_unchecked() gave;
   /// those of the work are accepted and stay on the shelf as long as it is wanted. Works given
-  /// together have the same ones, and a time limit together: the sum.
+  /// together have one task, and a time limit together: the sum.
   virtual void check(const Turn& turn, int index, const DefinitionName& name,
                      const DefinitionShelf& definitions) = 0;
   virtual void evaluate(const Turn& turn, int index, std::vector<Work> works,

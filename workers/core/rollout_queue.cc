@@ -7,6 +7,13 @@
 #include "common/base/check.h"
 
 namespace treeroll::worker {
+namespace {
+
+/// Ready roll-outs that are looked at for each that may be taken: enough where a learner has a few
+/// tasks in turn.
+constexpr std::size_t kLooksPerPlace = 8;
+
+}  // namespace
 
 HeldRollout* RolloutQueue::find(const RolloutName& name) {
   const auto found = held_.find(name);
@@ -67,18 +74,21 @@ std::optional<RolloutName> RolloutQueue::take() {
   return name;
 }
 
-std::vector<RolloutName> RolloutQueue::take_alike(const RolloutName& first, std::size_t num_max) {
+std::vector<RolloutName> RolloutQueue::take_beside(const RolloutName& first, std::size_t num_max,
+                                                   std::size_t theta_numbers_max) {
   std::vector<RolloutName> names;
   const auto row = ready_.find(first.learner);
   if (row == ready_.end()) return names;
   const protocol::RolloutRequest& like = held_.at(first).request;
+  std::size_t theta_numbers = like.theta.size();
+  std::size_t num_looks = kLooksPerPlace * num_max;
   for (const auto& [arrival, key] : row->second) {
-    if (names.size() == num_max) break;
+    if (names.size() == num_max || num_looks-- == 0) break;
     const HeldRollout& held = held_.at({first.learner, key});
-    if (held.request.task_id == like.task_id && held.request.policy_id == like.policy_id &&
-        !held.mishaps.alone) {
-      names.push_back({first.learner, key});
-    }
+    if (held.request.task_id != like.task_id || held.mishaps.alone) continue;
+    theta_numbers += held.request.theta.size();
+    if (theta_numbers > theta_numbers_max) break;
+    names.push_back({first.learner, key});
   }
   for (const RolloutName& name : names) set_state(name, RolloutState::kRunning);
   return names;

@@ -61,9 +61,13 @@ class RolloutQueue {
   bool any_ready() const;
   /// The next ready roll-out, which becomes running.
   std::optional<RolloutName> take();
-  /// At most so many of its learner, task and policy that were never to be given alone, in their
-  /// order; they become running too.
-  std::vector<RolloutName> take_alike(const RolloutName& first, std::size_t num_max);
+  /// Ready ones of its learner and task that may be given beside it, in their order; they become
+  /// running too. Only the next few are looked at, so that no packet costs a walk over all that is
+  /// held.
+  /// @param num_max            of these
+  /// @param theta_numbers_max  in their thetas and that of the first
+  std::vector<RolloutName> take_beside(const RolloutName& first, std::size_t num_max,
+                                       std::size_t theta_numbers_max);
 
   std::size_t size() const { return held_.size(); }
   std::vector<protocol::RolloutKey> keys(protocol::LearnerId learner) const;

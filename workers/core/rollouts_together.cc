@@ -3,12 +3,6 @@
 #include <algorithm>
 
 namespace treeroll::worker {
-namespace {
-
-constexpr std::size_t kThetaNumbersMax = 4096;
-
-}  // namespace
-
 std::size_t num_together(const HeldRollout& held, const Definition& task, std::size_t num_held,
                          const WorkerSettings& settings) {
   const bool is_known = task.rollout_time > Duration{};
@@ -16,8 +10,7 @@ std::size_t num_together(const HeldRollout& held, const Definition& task, std::s
   const auto by_time = static_cast<std::size_t>(settings.together_time_max / task.rollout_time);
   const auto num_evaluators = static_cast<std::size_t>(settings.num_evaluators);
   const auto by_share = (num_held + 2 * num_evaluators - 1) / (2 * num_evaluators);
-  const auto by_size = kThetaNumbersMax / std::max<std::size_t>(held.request.theta.size(), 1);
-  return std::max<std::size_t>(1, std::min({by_time, by_share, by_size, settings.together_max}));
+  return std::max<std::size_t>(1, std::min({by_time, by_share, settings.together_max}));
 }
 
 }  // namespace treeroll::worker

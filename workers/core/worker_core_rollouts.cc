@@ -97,7 +97,10 @@ void WorkerCore::assign_work(const Turn& turn) {
       const HeldRollout& first = *queue_.find(*rollout);
       const Definition& task = *definitions_.find({DefinitionKind::kTask, first.request.task_id});
       const std::size_t others = num_together(first, task, queue_.size(), settings_) - 1;
-      for (const RolloutName& name : queue_.take_alike(*rollout, others)) names.push_back(name);
+      for (const RolloutName& name :
+           queue_.take_beside(*rollout, others, settings_.together_numbers_max)) {
+        names.push_back(name);
+      }
       std::vector<Work> works;
       for (const RolloutName& name : names) {
         const HeldRollout& held = *queue_.find(name);

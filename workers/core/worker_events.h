@@ -114,7 +114,7 @@ struct ForgetDefinition {
   int evaluator = 0;
   DefinitionName name;
 };
-/// One or more, of one task and policy. Its CPU time counts from here.
+/// One or more, of one task. Its CPU time counts from here.
 struct RunRollouts {
   int evaluator = 0;
   std::int64_t job = 0;

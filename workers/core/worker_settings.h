@@ -32,6 +32,8 @@ struct WorkerSettings {
   std::size_t num_partial_max = protocol::kPartialDefinitionsMax;
   std::size_t partial_bytes_max = protocol::kPartialBytesMax;
   std::size_t together_max = 32;  ///< roll-outs that an evaluator is given at once
+  /// Numbers of their thetas, where they are several: its socket has room for so many.
+  std::size_t together_numbers_max = 4096;
   /// So many roll-outs an evaluator are few: their answers are sent at once.
   double few_per_evaluator = 2;
   int num_strikes_max = 3;  ///< evaluators a roll-out or a definition may end before it is answered
