@@ -5,12 +5,16 @@
 
 #include <algorithm>
 #include <array>
+#include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "learner/study/study_document.h"
 #include "learner/study/toml_source.h"
 
 namespace treeroll {
 namespace {
+
+using nlohmann::json;
 
 constexpr std::array<std::string_view, 3> kMayGrow = {"study.rollouts", "study.repetitions",
                                                       "study.stop_after_s"};
@@ -18,6 +22,15 @@ constexpr std::array<std::string_view, 3> kMayGrow = {"study.rollouts", "study.r
 constexpr const char* kMayGrowRule =
     "once a study has begun, only study.rollouts, study.repetitions and study.stop_after_s may "
     "change, and only to more";
+
+/// By condition.
+std::vector<json> settings_of(const std::filesystem::path& file,
+                              const std::vector<std::string>& overrides) {
+  const StudyDocument document(file, overrides);
+  std::vector<json> settings(document.num_conditions());
+  for (std::size_t i = 0; i < settings.size(); ++i) document.settings(i, settings[i]);
+  return settings;
+}
 
 std::string as_text(std::optional<Duration> stop_after) {
   return stop_after ? fmt::format("{}", to_seconds(*stop_after)) : "no end";
@@ -33,13 +46,20 @@ void add(std::string& text, std::string_view key, const std::string& before,
 
 LoadedStudy load_extended(const std::filesystem::path& file,
                           const std::vector<std::string>& overrides) {
+  std::vector<std::string> growing;
+  std::vector<json> before;
   for (const std::string& assignment : overrides) {
     const SettingOverride setting = parse_override(assignment);
     const std::string key = fmt::format("{}", fmt::join(setting.key, "."));
-    if (std::find(kMayGrow.begin(), kMayGrow.end(), key) != kMayGrow.end()) continue;
+    if (std::find(kMayGrow.begin(), kMayGrow.end(), key) != kMayGrow.end()) {
+      growing.push_back(assignment);
+      continue;
+    }
+    if (before.empty()) before = settings_of(file, {});
+    if (settings_of(file, {assignment}) == before) continue;
     throw StudyError(kCommandLineOrigin, ConfigError(key, setting.text, kMayGrowRule));
   }
-  return load_resolved_study(file, overrides);
+  return load_resolved_study(file, growing);
 }
 
 void check_extends(const LoadedStudy& before, const LoadedStudy& after,

@@ -11,8 +11,9 @@
 /// longer follow from it.
 namespace treeroll {
 
-/// Loads the study with the overrides of the command line, "KEY=VALUE" each, which may only name
-/// what may grow. Throws StudyError naming key, values and rule.
+/// Loads the study with the overrides of the command line, "KEY=VALUE" each. They name what may
+/// grow, or say what the study has already: a service manager starts it by the same command again.
+/// Throws StudyError naming key, values and rule.
 LoadedStudy load_extended(const std::filesystem::path& file,
                           const std::vector<std::string>& overrides);
 

@@ -191,6 +191,17 @@ TEST_F(StateStudyTest, WhatCannotGrowIsRefusedWithKeyAndValues) {
             "--set: study.stop_after_s = 1.5: must be at least 2, which the study has begun with");
 }
 
+/// A service manager starts it by the same command again.
+TEST_F(StateStudyTest, WhatTheStudyHasAlreadyMayBeSaidAgain) {
+  const fs::path plain = learnt("plain", tree_study("", 12));
+  const StateStudy again = read_state_study(
+      state_files(plain), {"study.seed=1", "exploration.reuse=true", "study.rollouts=12"});
+  EXPECT_EQ(again.extension, "");
+  const StateStudy grown =
+      read_state_study(state_files(plain), {"study.seed=1", "study.rollouts=20"});
+  EXPECT_EQ(grown.extension, "study.rollouts from 12 to 20");
+}
+
 TEST_F(StateStudyTest, AStudyThatIsExchangedIsRefused) {
   const fs::path directory = learnt("a", tree_study("", 12));
   extend(directory, {"study.rollouts=20"});
