@@ -64,6 +64,10 @@ struct BusOptions {
 
 /// The URL to use: the option if given, else LCM_DEFAULT_URL, else LCM's default (ttl 0).
 std::string resolve_url(const std::string& option);
+/// The same of a daemon. Throws ConfigError, naming the option or the variable, where it cannot be
+/// read or reaches no other program. What is only not there yet, a server or a route, is found by
+/// open_bus(): a daemon that is started again may have it then.
+std::string daemon_url(const char* option, const std::string& text);
 
 /// Fails with one line for a person: a URL that cannot be read (what and where), no multicast
 /// route (with the command that adds one), an address in use, no tcpq server. The loop must outlive

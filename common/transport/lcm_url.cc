@@ -198,7 +198,7 @@ class Reader {
 
 std::string resolve_url(const std::string& option) {
   if (!option.empty()) return option;
-  const char* environment = std::getenv("LCM_DEFAULT_URL");
+  const char* environment = std::getenv(kUrlVariable);
   if (environment != nullptr && *environment != '\0') return environment;
   return kDefaultUrl;
 }

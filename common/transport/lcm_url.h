@@ -26,6 +26,9 @@ struct LcmUrl {
   int receive_buffer_bytes = 0;  ///< udpm: asked of the kernel, which may clip it
 };
 
+/// The variable that says the URL where no option does.
+inline constexpr const char* kUrlVariable = "LCM_DEFAULT_URL";
+
 /// udpm without recv_buf_size: room for a burst of a few hundred full batches.
 inline constexpr int kReceiveBufferBytesDefault = 4 << 20;
 

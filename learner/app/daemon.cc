@@ -62,7 +62,7 @@ LearnerDaemon::LearnerDaemon(const LoadedStudy& loaded, learner::LearnerSettings
   trust_ = transport::trust_in_words(bus.key_file);
   bus.on_message = [this](protocol::Message message) { receive(std::move(message)); };
   Result<std::unique_ptr<transport::Bus>> opened = open_bus(loop_, std::move(bus));
-  if (!opened) throw ConfigError("--lcm-url", options.lcm_url, opened.error().message);
+  if (!opened) throw std::runtime_error(opened.error().message);
   bus_ = std::move(*opened);
   settings_.batch_bytes_max = bus_->batch_bytes_max();
   settings_.word_bytes = bus_->word_bytes();

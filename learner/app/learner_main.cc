@@ -111,7 +111,7 @@ int learn(LearnerOptions options) {
     preview_study(options);
     return kExitDone;
   }
-  options.lcm_url = transport::resolve_url(options.lcm_url);
+  options.lcm_url = transport::daemon_url("--lcm-url", options.lcm_url);
   return run_learner(options);
 }
 

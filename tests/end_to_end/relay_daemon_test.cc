@@ -95,7 +95,7 @@ TEST_F(RelayDaemonTest, AnOptionThatIsWrongIsRefusedWithTheReason) {
   };
   EXPECT_THAT(said({"--above", service_.url()}), HasSubstr("--below"));
   EXPECT_THAT(said({"--above", service_.url(), "--below", service_.url()}),
-              HasSubstr("must be two groups or servers: the relay would hear itself"));
+              HasSubstr("the relay would hear itself"));
   EXPECT_THAT(said({"--above", "udpm://1.2.3.4:7667", "--below", service_.url()}),
               HasSubstr("must be a multicast address"));
   EXPECT_THAT(said({"--above", "memq://", "--below", service_.url()}), HasSubstr("--above"));

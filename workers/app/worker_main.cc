@@ -117,7 +117,7 @@ int serve(const Options& options, const TaskRegistry& registry) {
     settings.one_task_at_a_time = true;
     settings.end_grace = kEvaluatorEndGrace;
   }
-  const std::string url = transport::resolve_url(options.lcm_url);
+  const std::string url = transport::daemon_url("--lcm-url", options.lcm_url);
   auto keys = transport::key_file_of("--key-file", options.key_file, transport::Voice::kWorker);
   if (keys) settings.worker_id = keys->keys().worker_id(settings.worker_id);
   const std::string trust = transport::trust_in_words(keys);
@@ -126,7 +126,7 @@ int serve(const Options& options, const TaskRegistry& registry) {
                          {options.evaluator, options.memory_limit_mb, settings.num_evaluators});
   if (!daemon) {
     spdlog::error("{}", daemon.error().message);
-    return kExitBadInput;
+    return kExitOther;
   }
   spdlog::info("worker {} with {} evaluators on {}", settings.worker_id, settings.num_evaluators,
                url);

@@ -68,19 +68,20 @@ int serve(const Options& options) {
   settings.pid = getpid();
   settings.version = program_version();
   settings.numeric_class = options.numeric_class;
-  const std::string above = transport::resolve_url(options.above);
+  const std::string above = transport::daemon_url("--above", options.above);
+  const std::string below = transport::daemon_url("--below", options.below);
   RelayKeys keys = keys_of(options);
   if (keys.above) settings.relay_id = keys.above->keys().worker_id(settings.relay_id);
   const std::string trust =
       fmt::format("above: {}; below: {}", transport::trust_in_words(keys.above),
                   transport::trust_in_words(keys.below));
-  auto daemon = RelayDaemon::open(above, options.below, settings, std::move(keys));
+  auto daemon = RelayDaemon::open(above, below, settings, std::move(keys));
   if (!daemon) {
     spdlog::error("{}", daemon.error().message);
-    return kExitBadInput;
+    return kExitOther;
   }
   spdlog::info("relay {} between the learners on {} and the workers on {}", settings.relay_id,
-               above, options.below);
+               above, below);
   spdlog::info("{}", trust);
   const int status = (*daemon)->run();
   spdlog::info("ends with status {}", status);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "common/base/config_error.h"
 #include "common/program/process_start.h"
 #include "common/transport/lcm_url.h"
 
@@ -15,12 +16,10 @@ namespace {
 using transport::Channel;
 
 /// Whether these are one group or one server: a relay would hear itself there.
-Result<bool> are_one(const std::string& above, const std::string& below) {
+bool are_one(const std::string& above, const std::string& below) {
   const Result<transport::LcmUrl> a = transport::parse_lcm_url(above);
-  if (!a) return a.error();
   const Result<transport::LcmUrl> b = transport::parse_lcm_url(below);
-  if (!b) return b.error();
-  return a->provider == b->provider && a->host == b->host && a->port == b->port;
+  return a && b && a->provider == b->provider && a->host == b->host && a->port == b->port;
 }
 
 }  // namespace
@@ -28,13 +27,11 @@ Result<bool> are_one(const std::string& above, const std::string& below) {
 Result<std::unique_ptr<RelayDaemon>> RelayDaemon::open(const std::string& url_above,
                                                        const std::string& url_below,
                                                        RelaySettings settings, RelayKeys keys) {
-  const Result<bool> one = are_one(url_above, url_below);
-  if (!one) return one.error();
-  if (*one) {
-    return Error{
-        fmt::format("--above \"{}\" and --below \"{}\" must be two groups or servers: the "
-                    "relay would hear itself",
-                    url_above, url_below)};
+  if (are_one(url_above, url_below)) {
+    throw ConfigError("--below", url_below,
+                      fmt::format("must be another group or server than --above, {}: the relay "
+                                  "would hear itself",
+                                  url_above));
   }
   std::unique_ptr<RelayDaemon> daemon(new RelayDaemon);
   RelayDaemon* self = daemon.get();

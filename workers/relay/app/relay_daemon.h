@@ -25,7 +25,8 @@ struct RelayKeys {
 /// log. One thread, the loop's.
 class RelayDaemon {
  public:
-  /// Opens both buses. Fails with one line for a person; nothing has been sent then.
+  /// Opens both buses. Fails with one line for a person; nothing has been sent then. Throws
+  /// ConfigError if they are one group or server.
   static Result<std::unique_ptr<RelayDaemon>> open(const std::string& url_above,
                                                    const std::string& url_below,
                                                    RelaySettings settings, RelayKeys keys);
