@@ -59,7 +59,7 @@ TEST_F(AnsweringTest, AHostThatIsHeardAndDeafHoldsNothingUp) {
   const auto deaf = worker(network, 2, 2);
   const Taken taken = learn(network, study, "deaf");
   expect_little_more("one host deaf", healthy, taken);
-  const std::string words = "is heard but does not answer: is UDP blocked towards it?";
+  const std::string words = "is heard but does not answer: does what we send reach it?";
   EXPECT_EQ(count_of(taken.log, words), 1) << "once a spell\n" << taken.log;
   EXPECT_EQ(num_evaluated(*deaf), 0);
 }
