@@ -1,5 +1,9 @@
 #include <benchmark/benchmark.h>
 
+#include <string>
+#include <string_view>
+#include <vector>
+
 #include "common/base/check.h"
 #include "common/base/content_hash.h"
 #include "common/protocol/pieces.h"
@@ -14,18 +18,19 @@ constexpr protocol::WorkerId kMe = 77;
 constexpr int kNumEvaluators = 2;
 constexpr std::size_t kThetaAsked = 12;
 constexpr std::string_view kTask = R"({"name":"t","settings":{}})";
-constexpr std::string_view kPolicy = "a policy";
 
 /// A worker core between a learner that asks for so many roll-outs a message and acknowledges all
 /// it gets, and evaluators that answer at once.
 class WorkerLoop {
  public:
-  WorkerLoop() : core_(settings()) {
+  /// @param num_policies  that roll-outs have in turn
+  explicit WorkerLoop(int num_policies) : core_(settings()) {
     step(Started{});
-    for (const auto& [kind, content] :
-         {std::pair(DefinitionKind::kTask, kTask), std::pair(DefinitionKind::kPolicy, kPolicy)}) {
-      const DefinitionName name{kind, content_hash(content)};
-      step(MessageReceived{protocol::definition_piece(kAsker, name, content, 0)});
+    define({DefinitionKind::kTask, task_id_}, kTask);
+    for (int i = 0; i < num_policies; ++i) {
+      const std::string policy = "policy " + std::to_string(i);
+      policy_ids_.push_back(content_hash(policy));
+      define({DefinitionKind::kPolicy, policy_ids_.back()}, policy);
     }
     step(InboxDrained{});
   }
@@ -49,6 +54,10 @@ class WorkerLoop {
   std::int64_t num_messages() const { return num_messages_; }
 
  private:
+  void define(const DefinitionName& name, std::string_view content) {
+    step(MessageReceived{protocol::definition_piece(kAsker, name, content, 0)});
+  }
+
   static WorkerSettings settings() {
     WorkerSettings settings;
     settings.worker_id = kMe;
@@ -64,12 +73,13 @@ class WorkerLoop {
         .acknowledgements = {
             {.worker_id = kMe, .seen_index = num_results_, .result_index = num_results_}}};
     for (std::int32_t run = 0; run < num_rollouts; ++run) {
-      batch.rollouts.push_back({.worker_id = kMe,
-                                .key = {.run = run, .number = static_cast<std::int32_t>(sequence_)},
-                                .content = sequence_ * 1000 + run,
-                                .task_id = task_id_,
-                                .policy_id = policy_id_,
-                                .theta = std::vector<double>(kThetaAsked, .25)});
+      batch.rollouts.push_back(
+          {.worker_id = kMe,
+           .key = {.run = run, .number = static_cast<std::int32_t>(sequence_)},
+           .content = sequence_ * 1000 + run,
+           .task_id = task_id_,
+           .policy_id = policy_ids_[static_cast<std::size_t>(run) % policy_ids_.size()],
+           .theta = std::vector<double>(kThetaAsked, .25)});
     }
     return batch;
   }
@@ -124,7 +134,7 @@ class WorkerLoop {
   WorkerCore core_;
   TimePoint now_{std::chrono::hours(1)};
   ContentHash task_id_ = content_hash(kTask);
-  ContentHash policy_id_ = content_hash(kPolicy);
+  std::vector<ContentHash> policy_ids_;
   std::vector<RunRollouts> running_;
   std::int64_t sequence_ = 0;
   std::int64_t num_results_ = 0;
@@ -132,10 +142,10 @@ class WorkerLoop {
 };
 
 /// Requests decoded, queued, given to evaluators, answered and encoded: the daemon's part without
-/// its sockets. Argument: roll-outs a message.
+/// its sockets. Arguments: roll-outs a message; policies they have, as many as runs after a switch.
 void rollouts(benchmark::State& state) {
   const auto size = static_cast<std::int32_t>(state.range(0));
-  WorkerLoop loop;
+  WorkerLoop loop(static_cast<int>(state.range(1)));
   loop.serve(size);
   const std::int64_t before = loop.num_messages();
   for (auto _ : state) loop.serve(size);
@@ -145,10 +155,9 @@ void rollouts(benchmark::State& state) {
 }
 BENCHMARK(rollouts)
     ->Name("worker/rollouts")
-    ->ArgName("a_message")
-    ->Arg(1)
-    ->Arg(16)
-    ->Arg(64)
+    ->ArgNames({"a_message", "policies"})
+    ->ArgsProduct({{1, 16, 64}, {1}})
+    ->Args({64, 64})
     ->Unit(benchmark::kMicrosecond);
 
 }  // namespace
