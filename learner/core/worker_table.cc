@@ -45,11 +45,7 @@ std::string describe(const WorkerEntry& worker) {
 WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
   auto found = workers_.find(id);
   if (found == workers_.end()) {
-    put_out_a_stranger(now);
-    const auto of_key = num_of_key_.find(protocol::key_part(id));
-    const bool has_too_many =
-        has_keys_ && of_key != num_of_key_.end() && of_key->second >= protocol::kWorkersOfOneKeyMax;
-    if (is_full() || has_too_many) return nullptr;
+    if (!has_room_for(id, now)) return nullptr;
     WorkerEntry entry;
     entry.id = id;
     entry.first_heard = now;
@@ -73,10 +69,14 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
       entry.described = left->second.described;
       left_.erase(left);
     }
-    newcomers_.push_back(id);
-    ++num_of_key_[protocol::key_part(id)];
+    entry.arrival = ++num_arrivals_;
+    entry.alive_for = heartbeats_.alive;
+    if (has_keys_) of_key_.try_emplace(protocol::key_part(id), protocol::kWorkersOfOneKeyMax);
+    for (Group* group : groups_of(id)) {
+      ++group->num_present;
+      group->newcomers.emplace(entry.arrival, id);
+    }
     found = workers_.emplace(id, std::move(entry)).first;
-    found->second.alive_for = heartbeats_.alive;
     const TimePoint silence = now + heartbeats_.silence;
     if (!look_at_ || silence < *look_at_) look_at_ = silence;
   }
@@ -84,38 +84,48 @@ WorkerEntry* WorkerTable::hear(protocol::WorkerId id, TimePoint now) {
   return &found->second;
 }
 
-/// Thousands of names cost nothing to make up, and would keep all workers out. So one that has not
-/// answered a greeting makes room, the first heard first: who is a worker answers at once. Then,
-/// now and then, one that has answered nothing else for long: greetings can be heard by all. A
-/// worker that is put out comes back with its next word.
-void WorkerTable::put_out_a_stranger(TimePoint now) {
-  const auto entry_of = [this](protocol::WorkerId id) -> const WorkerEntry* {
-    const auto found = workers_.find(id);
-    return found == workers_.end() || found->second.num_accepted > 0 ? nullptr : &found->second;
-  };
-  while (is_full() && !newcomers_.empty()) {
-    const protocol::WorkerId id = newcomers_.front();
-    newcomers_.pop_front();
-    const WorkerEntry* entry = entry_of(id);
-    if (entry == nullptr) continue;
-    entry->has_answered_a_greeting() ? greeted_.push_back(id) : put_out(id);
-  }
-  while (is_full() && !greeted_.empty() && now >= next_put_out_) {
-    const WorkerEntry* entry = entry_of(greeted_.front());
-    if (entry != nullptr && now < entry->first_heard + kAnswerDue) break;  // the others are younger
-    if (entry != nullptr) {
-      put_out(greeted_.front());
-      next_put_out_ = now + kPutOutPause;
+/// That of its key first: one of those is one of all.
+std::vector<WorkerTable::Group*> WorkerTable::groups_of(protocol::WorkerId id) {
+  std::vector<Group*> groups;
+  const auto of_key = of_key_.find(protocol::key_part(id));
+  if (of_key != of_key_.end()) groups.push_back(&of_key->second);
+  groups.push_back(&all_);
+  return groups;
+}
+
+bool WorkerTable::has_room_for(protocol::WorkerId id, TimePoint now) {
+  const std::vector<Group*> groups = groups_of(id);
+  return std::ranges::all_of(groups, [&](Group* group) { return make_room(*group, now); });
+}
+
+/// Thousands of names cost nothing to make up, and where they are signed a recording has those of
+/// all workers that have been: they would keep all others out. So one that has not answered a
+/// greeting makes room, the first heard first: who is a worker answers at once. Then, now and then,
+/// one that has answered nothing else for long: greetings can be heard by all. A worker that is put
+/// out comes back with its next word.
+bool WorkerTable::make_room(Group& group, TimePoint now) {
+  while (group.is_full() && !group.newcomers.empty()) {
+    const Arrival oldest = *group.newcomers.begin();
+    const WorkerEntry& worker = workers_.at(oldest.second);
+    if (!worker.has_answered_a_greeting()) {
+      put_out(oldest.second);
+      continue;
     }
-    greeted_.pop_front();
+    group.newcomers.erase(oldest);
+    if (worker.num_accepted == 0) group.greeted.insert(oldest);
   }
-  for (std::deque<protocol::WorkerId>* row : {&newcomers_, &greeted_}) {
-    if (row->size() < 2 * protocol::kWorkersMax) continue;
-    std::set<protocol::WorkerId> seen;  // who comes back stands there twice
-    std::erase_if(*row, [&](protocol::WorkerId id) {
-      return entry_of(id) == nullptr || !seen.insert(id).second;
-    });
+  while (group.is_full() && !group.greeted.empty() && now >= group.next_put_out) {
+    const Arrival oldest = *group.greeted.begin();
+    const WorkerEntry& worker = workers_.at(oldest.second);
+    if (worker.num_accepted > 0) {
+      group.greeted.erase(oldest);
+      continue;
+    }
+    if (now < worker.first_heard + kAnswerDue) break;  // the others are younger
+    put_out(oldest.second);
+    group.next_put_out = now + kPutOutPause;
   }
+  return !group.is_full();
 }
 
 void WorkerTable::put_out(protocol::WorkerId id) {
@@ -126,8 +136,14 @@ void WorkerTable::put_out(protocol::WorkerId id) {
 /// @return  the one behind it
 std::map<protocol::WorkerId, WorkerEntry>::iterator WorkerTable::forget(
     std::map<protocol::WorkerId, WorkerEntry>::iterator worker) {
-  const auto of_key = num_of_key_.find(protocol::key_part(worker->first));
-  if (--of_key->second == 0) num_of_key_.erase(of_key);
+  const Arrival arrival{worker->second.arrival, worker->first};
+  for (Group* group : groups_of(worker->first)) {
+    --group->num_present;
+    group->newcomers.erase(arrival);
+    group->greeted.erase(arrival);
+  }
+  const auto of_key = of_key_.find(protocol::key_part(worker->first));
+  if (of_key != of_key_.end() && of_key->second.num_present == 0) of_key_.erase(of_key);
   return workers_.erase(worker);
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <optional>
 #include <set>
@@ -54,6 +54,7 @@ struct WorkerEntry {
   Hearing hearing;
   /// The class under which the journal knows it; nothing while it has no result there.
   std::optional<std::string> noted_class;
+  std::int64_t arrival = 0;  ///< running number: who has a smaller one has come before it
   TimePoint first_heard;
   TimePoint last_heard;
   Duration alive_for = protocol::kWorkerAlive;  ///< since then, as the table knows it
@@ -120,8 +121,8 @@ class WorkerTable {
   explicit WorkerTable(bool has_keys = false) : has_keys_(has_keys) {}
 
   /// The entry of a worker that was heard just now; made if new. Null when kWorkersMax are there
-  /// that have answered something, or kWorkersOfOneKeyMax whose names begin as its: it is refused
-  /// until one of them leaves.
+  /// that have answered something, or kWorkersOfOneKeyMax of them whose names begin as its: it is
+  /// refused until one of them leaves.
   WorkerEntry* hear(protocol::WorkerId id, TimePoint now);
   /// Who has made room since the last call: it may have leases.
   std::vector<protocol::WorkerId> take_put_out() { return std::exchange(put_out_, {}); }
@@ -154,8 +155,23 @@ class WorkerTable {
   std::vector<WorkerRecord> records(TimePoint start) const;
 
  private:
-  void put_out_a_stranger(TimePoint now);
+  using Arrival = std::pair<std::int64_t, protocol::WorkerId>;
+  /// Those present that share a limit: all, and with keys also those whose names begin alike.
+  struct Group {
+    explicit Group(std::size_t limit) : num_max(limit) {}
+    bool is_full() const { return num_present >= num_max; }
+
+    std::size_t num_max;
+    std::size_t num_present = 0;
+    std::set<Arrival> newcomers;  ///< till room has to be made, whatever they have answered
+    std::set<Arrival> greeted;    ///< were newcomers then, and had answered a greeting, no more
+    TimePoint next_put_out;       ///< of one of these
+  };
+
+  bool has_room_for(protocol::WorkerId id, TimePoint now);
+  bool make_room(Group& group, TimePoint now);
   void put_out(protocol::WorkerId id);
+  std::vector<Group*> groups_of(protocol::WorkerId id);
   std::map<protocol::WorkerId, WorkerEntry>::iterator forget(
       std::map<protocol::WorkerId, WorkerEntry>::iterator worker);
   void make_room_among_those_that_left();
@@ -164,11 +180,10 @@ class WorkerTable {
   /// Not after the first silence to come. Hearing of a worker puts its silence off but leaves this
   /// as it is, so that no message costs a walk over all workers.
   std::optional<TimePoint> look_at_;
-  std::deque<protocol::WorkerId> newcomers_;  ///< in the order in which they were first heard
-  std::deque<protocol::WorkerId> greeted_;    ///< of these, who has answered a greeting
+  std::int64_t num_arrivals_ = 0;
+  Group all_{protocol::kWorkersMax};
+  std::map<std::int64_t, Group> of_key_;  ///< by the beginning of their names
   std::vector<protocol::WorkerId> put_out_;
-  TimePoint next_put_out_;                  ///< of one that has answered a greeting
-  std::map<std::int64_t, int> num_of_key_;  ///< of those present, by the beginning of their names
   int num_told_ = 0;
   protocol::Heartbeats heartbeats_;
   std::map<protocol::WorkerId, WorkerEntry> workers_;

@@ -245,24 +245,39 @@ TEST(StrangersTest, AnAnswerTakesBackARefusalInAWorkersName) {
   EXPECT_THAT(cluster.log, says("somebody spoke in its name"));
 }
 
-TEST(StrangersTest, ThousandsOfMadeUpWorkersKeepNobodyOut) {
-  Cluster cluster(small_study(20, 1));
-  cluster.start();
-  const auto make_up = [&](protocol::WorkerId id) {
+/// Hears `num_names` workers from `first` on in turn, over and over, 200 each 10 ms, while `worker`
+/// learns.
+void learn_beside_names(Cluster& cluster, protocol::WorkerId worker, protocol::WorkerId first,
+                        std::int64_t num_names) {
+  std::int64_t next = 0;
+  const auto make_up = [&] {
+    const protocol::WorkerId id = first + next++ % num_names;
     cluster.hear(FakeWorker(id, milliseconds(1)).status(Cluster::kLearner));
   };
-  protocol::WorkerId next = 10'000;
-  for (std::size_t i = 0; i < protocol::kWorkersMax; ++i) make_up(next++);
-  cluster.add_worker(1);
+  cluster.start();
+  for (std::size_t i = 0; i < protocol::kWorkersMax; ++i) make_up();
+  cluster.add_worker(worker);
   TimePoint next_flood{};
   cluster.run(seconds(60), [&] {
     if (cluster.now < next_flood) return;
     next_flood = cluster.now + milliseconds(10);
-    for (int i = 0; i < 200; ++i) make_up(next++);
+    for (int i = 0; i < 200; ++i) make_up();
     cluster.sent.clear();
   });
   EXPECT_EQ(cluster.core->outcome(), LearnerCore::Outcome::kDone);
   EXPECT_LT(cluster.now, TimePoint(seconds(20)));
+}
+
+TEST(StrangersTest, ThousandsOfMadeUpWorkersKeepNobodyOut) {
+  Cluster cluster(small_study(20, 1));
+  learn_beside_names(cluster, 1, 10'000, 1'000'000);
+}
+
+/// Who has no key can play what has been signed: a word of each worker that one key has had.
+TEST(StrangersTest, ARecordingOfTheWorkersThatOneKeyHasHadKeepsNoneOfItsWorkersOut) {
+  Cluster cluster(small_study(20, 1), /*knows_task=*/true, true, /*is_authenticated=*/true);
+  constexpr auto kOfOneKey = protocol::WorkerId{7} << protocol::kOwnNameBits;
+  learn_beside_names(cluster, kOfOneKey, kOfOneKey + 1, protocol::kWorkersOfOneKeyMax + 6);
 }
 
 }  // namespace

@@ -60,13 +60,14 @@ TEST(WorkerTableTest, WhoHasAnsweredNothingButAGreetingForAMinuteMakesRoom) {
   EXPECT_NE(table.find(2), nullptr);
 }
 
+constexpr auto kOfOneKey = std::int64_t{7} << protocol::kOwnNameBits;
+
 TEST(WorkerTableTest, OneKeyHasAQuarterOfTheNames) {
-  constexpr auto kOfOneKey = std::int64_t{7} << protocol::kOwnNameBits;
   WorkerTable table(/*has_keys=*/true);
   WorkerTable without_keys;
   for (int i = 0; i < protocol::kWorkersOfOneKeyMax; ++i) {
-    EXPECT_NE(table.hear(kOfOneKey + i, TimePoint{}), nullptr);
-    EXPECT_NE(without_keys.hear(kOfOneKey + i, TimePoint{}), nullptr);
+    join(table, kOfOneKey + i, TimePoint{}).num_accepted = 1;
+    join(without_keys, kOfOneKey + i, TimePoint{}).num_accepted = 1;
   }
   EXPECT_EQ(table.hear(kOfOneKey + protocol::kWorkersOfOneKeyMax, TimePoint{}), nullptr);
   EXPECT_NE(without_keys.hear(kOfOneKey + protocol::kWorkersOfOneKeyMax, TimePoint{}), nullptr);
@@ -74,6 +75,32 @@ TEST(WorkerTableTest, OneKeyHasAQuarterOfTheNames) {
   EXPECT_NE(table.hear(kOfOneKey, TimePoint(seconds(1))), nullptr) << "who is there stays";
   EXPECT_EQ(table.remove_silent(TimePoint(seconds(3))).size(), protocol::kWorkersOfOneKeyMax);
   EXPECT_NE(table.hear(kOfOneKey + protocol::kWorkersOfOneKeyMax, TimePoint(seconds(4))), nullptr);
+}
+
+/// Of all workers that one key has had, a recording has a signed word.
+TEST(WorkerTableTest, OfOneKeyWhoHasAnsweredNoGreetingMakesRoomTheFirstHeardFirst) {
+  WorkerTable table(/*has_keys=*/true);
+  table.hear(1, TimePoint{});  // of another key, and before all
+  join(table, kOfOneKey, TimePoint{});
+  for (int i = 1; i < protocol::kWorkersOfOneKeyMax; ++i) table.hear(kOfOneKey + i, TimePoint{});
+  EXPECT_NE(table.hear(kOfOneKey + protocol::kWorkersOfOneKeyMax, TimePoint{}), nullptr);
+  EXPECT_EQ(table.take_put_out(), std::vector<protocol::WorkerId>{kOfOneKey + 1});
+  EXPECT_NE(table.hear(kOfOneKey + 1, TimePoint{}), nullptr) << "comes back as the last";
+  EXPECT_EQ(table.take_put_out(), std::vector<protocol::WorkerId>{kOfOneKey + 2});
+  EXPECT_NE(table.find(1), nullptr);
+  EXPECT_NE(table.find(kOfOneKey), nullptr);
+}
+
+TEST(WorkerTableTest, OfOneKeyWhoHasAnsweredNothingButAGreetingForAMinuteMakesRoom) {
+  WorkerTable table(/*has_keys=*/true);
+  for (int i = 0; i < protocol::kWorkersOfOneKeyMax; ++i) {
+    join(table, kOfOneKey + i, TimePoint{}).num_accepted = i == 0 ? 1 : 0;
+  }
+  const protocol::WorkerId next = kOfOneKey + protocol::kWorkersOfOneKeyMax;
+  EXPECT_EQ(table.hear(next, TimePoint(seconds(59))), nullptr);
+  join(table, next, TimePoint(seconds(60)));
+  EXPECT_EQ(table.take_put_out(), std::vector<protocol::WorkerId>{kOfOneKey + 1});
+  EXPECT_EQ(table.hear(next + 1, TimePoint(seconds(60))), nullptr) << "one at a time";
 }
 
 /// Thousands that join at once are told how many they are before they have beaten twice.
