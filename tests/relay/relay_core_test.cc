@@ -128,6 +128,54 @@ TEST(RelayCoreTest, WithWorkersThatDoNotHearItGivesItsWorkBackAndHasNoRoom) {
   EXPECT_THAT(stage.results(), SizeIs(2));
 }
 
+/// A learner believes a relay what it says of its workers.
+TEST(RelayCoreTest, CountsNoEvaluatorsOfAWorkerThatDoesNotHearBesideOneThatDoes) {
+  RelayStage stage;
+  stage.add_worker(1);
+  stage.add_deaf_worker(2).num_evaluators = 63;
+  stage.pass(1s);
+  stage.define();
+  stage.ask({0, 1});
+  stage.pass(3s);
+  EXPECT_EQ(stage.above<WorkerStatus>().back().num_evaluators, 1);
+  EXPECT_THAT(stage.results(), SizeIs(2));
+}
+
+TEST(RelayCoreTest, AWorkersEvaluatorsCountAsItsAnswersShowThem) {
+  RelayStage stage;
+  stage.add_worker(1, 10ms).num_evaluators = 40;
+  stage.pass(1s);
+  EXPECT_EQ(stage.above<WorkerStatus>().back().num_evaluators, 16) << "it has answered nothing";
+  stage.define();
+  stage.ask({0});
+  stage.pass(500ms);
+  EXPECT_EQ(stage.above<WorkerStatus>().back().num_evaluators, 32);
+  stage.ask({1});
+  stage.pass(500ms);
+  EXPECT_EQ(stage.above<WorkerStatus>().back().num_evaluators, 40);
+  stage.learner_speaks = false;
+  stage.pass(70s);  // it has gone
+  EXPECT_EQ(stage.above<WorkerStatus>().back().num_evaluators, 40) << "and what it has shown stays";
+}
+
+/// Else made-up names would push the workers out of the relay's table, the first heard first.
+TEST(RelayCoreTest, ThousandsOfMadeUpWorkersBelowPushNobodyOut) {
+  RelayStage stage;
+  stage.add_worker(1, 1s);
+  stage.pass(1s);
+  stage.define();
+  stage.ask({0});
+  stage.pass(200ms);
+  protocol::WorkerStatus made_up = stage.worker(0).status(0);
+  for (std::size_t i = 0; i < 2 * protocol::kWorkersMax; ++i) {
+    made_up.worker_id = 10'000 + static_cast<protocol::WorkerId>(i);
+    stage.hear(made_up);
+  }
+  // With no status of its own in between, its answer is taken.
+  stage.hear(stage.worker(0).finish(stage.learner_of(0), stage.now));
+  EXPECT_THAT(stage.results(), SizeIs(1));
+}
+
 TEST(RelayCoreTest, MixesNoClassesAndSaysWhoIsLeftOut) {
   RelayStage stage;
   stage.add_worker(1);

@@ -32,6 +32,15 @@ class RelayStage {
     workers_.push_back(std::make_unique<Place>(learner::FakeWorker(id, duration)));
     return workers_.back()->worker;
   }
+  /// Nothing that is sent reaches it.
+  learner::FakeWorker& add_deaf_worker(protocol::WorkerId id) {
+    learner::FakeWorker& worker = add_worker(id);
+    workers_.back()->is_deaf = true;
+    return worker;
+  }
+  learner::FakeWorker& worker(std::size_t place) { return workers_.at(place)->worker; }
+  /// As it has heard last, below.
+  protocol::LearnerId learner_of(std::size_t place) const { return workers_.at(place)->learner; }
   /// What is sent does not reach the workers; what they say is heard.
   bool below_is_deaf = false;
   void remove_worker(std::size_t place) {
@@ -149,6 +158,7 @@ class RelayStage {
     explicit Place(learner::FakeWorker w) : worker(std::move(w)) {}
     learner::FakeWorker worker;
     protocol::LearnerId learner = 0;  ///< below, that it has heard last
+    bool is_deaf = false;
   };
 
   static RelaySettings settings(const std::string& numeric_class) {
@@ -183,6 +193,7 @@ class RelayStage {
       below_.push_back(send->message);
       if (below_is_deaf) continue;
       for (const auto& place : workers_) {
+        if (place->is_deaf) continue;
         if (const auto* batch = std::get_if<protocol::RolloutBatch>(&send->message)) {
           place->learner = batch->learner_id;
         }

@@ -7,9 +7,22 @@
 #include "common/protocol/limits.h"
 
 namespace treeroll::relay {
+namespace {
 
-Downlink::Downlink(protocol::LearnerId above, const learner::LearnerSettings& settings, News& news)
-    : above_(above), below_(settings.learner_id), news_(news), workforce_(settings, *this) {}
+/// For so long all workers count that may hear: those that do answer one after the other, and what
+/// the first of them have no room for would be dropped.
+constexpr Duration kIntroduction = std::chrono::seconds(1);
+
+}  // namespace
+
+Downlink::Downlink(TimePoint now, protocol::LearnerId above,
+                   const learner::LearnerSettings& settings, News& news)
+    : above_(above),
+      below_(settings.learner_id),
+      news_(news),
+      workforce_(settings, *this),
+      introduced_(now + kIntroduction),
+      heard_above_(now) {}
 
 void Downlink::check_task(const learner::Turn& turn, const std::string& content) {
   const ContentHash id = content_hash(content);
@@ -73,15 +86,23 @@ void Downlink::give_up_all() {
   open_.clear();
 }
 
-bool Downlink::is_stranded(TimePoint now) const {
-  const auto may_work = [&](const auto& known) {
-    const learner::WorkerEntry& worker = known.second;
-    const bool is_in_order = worker.num_evaluators > 0 && !worker.draining && !worker.distrusted &&
-                             !worker.refuses_too_much();
-    return is_in_order && !worker.hearing.seems_deaf(now);
-  };
+Standing Downlink::standing_of(protocol::WorkerId id, TimePoint now) const {
+  using Use = Standing::Use;
+  const Use use_of_stranger = now < introduced_   ? Use::kNow
+                              : !has_met_workers_ ? Use::kPerhaps
+                                                  : Use::kNone;
   const auto& workers = workforce_.workers().all();
-  return !workers.empty() && std::ranges::none_of(workers, may_work);
+  const auto known = workers.find(id);
+  if (known == workers.end()) return {.use = use_of_stranger};
+  const learner::WorkerEntry& worker = known->second;
+  const bool is_in_order = worker.num_evaluators > 0 && !worker.draining && !worker.distrusted &&
+                           !worker.refuses_too_much() && !worker.hearing.seems_deaf(now);
+  Standing standing{.use = Use::kNone,
+                    .has_answered_a_greeting = worker.has_answered_a_greeting(),
+                    .num_accepted = worker.num_accepted};
+  if (is_in_order) standing.use = worker.joined ? Use::kPerhaps : use_of_stranger;
+  if (worker.usable()) standing.use = Use::kNow;
+  return standing;
 }
 
 void Downlink::drain() {
@@ -108,6 +129,7 @@ void Downlink::receive(const learner::Turn& turn, const protocol::Message& messa
 
 void Downlink::remind(const learner::Turn& turn) {
   workforce_.remind(turn);
+  has_met_workers_ = has_met_workers_ || workforce_.workers().num_joined() > 0;
   look_for_refusals();
 }
 

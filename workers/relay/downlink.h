@@ -30,6 +30,18 @@ struct News {
   bool empty() const { return ends.empty() && verdicts.empty() && refusals.empty(); }
 };
 
+/// What a learner has of a worker below.
+struct Standing {
+  enum class Use {
+    kNone,
+    kPerhaps,  ///< it has a greeting to answer, and may
+    kNow,
+  };
+  Use use = Use::kNone;
+  bool has_answered_a_greeting = false;
+  std::int64_t num_accepted = 0;
+};
+
 /// One learner as the workers below see it: its roll-outs under their own keys, from a learner of
 /// an id of its own, over a Workforce. It learns nothing and keeps no journal: what it has read of
 /// an answer counts as settled below, for the relay keeps it until it is settled above.
@@ -37,7 +49,8 @@ class Downlink : private learner::Client {
  public:
   /// @param above     the learner that is served
   /// @param settings  its learner_id is the id below. `news` must outlive the link.
-  Downlink(protocol::LearnerId above, const learner::LearnerSettings& settings, News& news);
+  Downlink(TimePoint now, protocol::LearnerId above, const learner::LearnerSettings& settings,
+           News& news);
 
   /// The workers are to describe this task: a verdict or a refusal follows.
   void check_task(const learner::Turn& turn, const std::string& content);
@@ -67,8 +80,7 @@ class Downlink : private learner::Client {
   void keep_only(const worker::DefinitionShelf& definitions);
 
   std::size_t num_open() const { return open_.size(); }
-  /// There are workers, and none is of use: each is distrusted, or has not heard for seconds.
-  bool is_stranded(TimePoint now) const;
+  Standing standing_of(protocol::WorkerId worker, TimePoint now) const;
 
  private:
   struct Open {
@@ -103,7 +115,9 @@ class Downlink : private learner::Client {
   const protocol::LearnerId below_;
   News& news_;
   learner::Workforce workforce_;
+  TimePoint introduced_;  ///< by then workers have heard of it and answered
   TimePoint heard_above_;
+  bool has_met_workers_ = false;  ///< one has answered a greeting, ever: who is one does
   std::set<ContentHash> tasks_;
   std::set<ContentHash> undescribed_;  ///< of them
   std::set<ContentHash> policies_;

@@ -109,7 +109,7 @@ std::vector<worker::WorkEnd> Rack::on(const worker::Turn& turn, const worker::Ev
 }
 
 void Rack::set_count(int count) {
-  next_count_ = is_stranded_ ? 0 : count;
+  next_count_ = count;
   // Else what they had would be kept from all others until one comes.
   if (next_count_ == 0) {
     for (auto& [id, downlink] : downlinks_) downlink.give_up_all();
@@ -119,6 +119,18 @@ void Rack::set_count(int count) {
 void Rack::receive(TimePoint now, const protocol::Message& message) {
   const learner::Turn turn = turn_at(now);
   for (auto& [id, downlink] : downlinks_) downlink.receive(turn, message);
+}
+
+std::optional<Standing> Rack::standing_of(protocol::WorkerId worker, TimePoint now) const {
+  std::optional<Standing> best;
+  for (const auto& [id, downlink] : downlinks_) {
+    const Standing one = downlink.standing_of(worker, now);
+    if (!best) best = one;
+    best->use = std::max(best->use, one.use);
+    best->has_answered_a_greeting |= one.has_answered_a_greeting;
+    best->num_accepted = std::max(best->num_accepted, one.num_accepted);
+  }
+  return best;
 }
 
 void Rack::pass_on(TimePoint now, const protocol::LearnerStatus& status) {
@@ -144,12 +156,6 @@ void Rack::remind(TimePoint now) {
         downlink.num_open() == 0 && now >= downlink.heard_above() + settings_.learner_silence_max;
     is_gone ? downlink.leave() : downlink.remind(turn);
     it = is_gone ? downlinks_.erase(it) : std::next(it);
-  }
-  const auto is_stranded = [&](const auto& served) { return served.second.is_stranded(now); };
-  is_stranded_ = !downlinks_.empty() && std::ranges::all_of(downlinks_, is_stranded);
-  if (is_stranded_) {
-    turn.warn("workers of no use",
-              "no worker can be given roll-outs: each is distrusted or does not hear");
   }
   if (forgets_refusals_ && now >= refusals_end_) looks_ = true;
   turn.log_due();
@@ -182,8 +188,7 @@ Downlink* Rack::serve(TimePoint now, LearnerId learner) {
   settings.batch_bytes_max = settings_.batch_bytes_max;
   settings.word_bytes = settings_.word_bytes;
   settings.is_authenticated = settings_.word_bytes > 0;
-  Downlink& served = downlinks_.try_emplace(learner, learner, settings, news_).first->second;
-  served.hear_above(now);
+  Downlink& served = downlinks_.try_emplace(learner, now, learner, settings, news_).first->second;
   if (draining_) served.drain();
   return &served;
 }

@@ -56,11 +56,12 @@ class Rack : public worker::Evaluators {
 
   // For the relay.
 
-  /// Evaluators below from now on: none where no worker is of use to any learner. Without any all
-  /// work is given up.
+  /// Evaluators below from now on. Without any all work is given up.
   void set_count(int count);
   bool has_news() const { return looks_ || count_ != next_count_ || !news_.empty(); }
   void receive(TimePoint now, const protocol::Message& message);
+  /// To the learner that has most of it; nothing while none is served.
+  std::optional<Standing> standing_of(protocol::WorkerId worker, TimePoint now) const;
   /// A learner above says how it is: the workers below are told. Ignored unless it is served.
   void pass_on(TimePoint now, const protocol::LearnerStatus& status);
   /// It has been heard in any other way.
@@ -87,7 +88,6 @@ class Rack : public worker::Evaluators {
   LogLimiter log_limiter_;
   int count_ = 0;
   int next_count_ = 0;  ///< from on() on, so that the core sees it change
-  bool is_stranded_ = false;
   bool looks_ = false;  ///< refusals are to be forgotten
   bool draining_ = false;
   std::int64_t num_served_ = 0;  ///< learners, a returning one anew

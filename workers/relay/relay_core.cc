@@ -61,7 +61,8 @@ RelayCore::RelayCore(RelaySettings settings)
     : settings_(std::move(settings)),
       rack_({.relay_id = settings_.relay_id,
              .batch_bytes_max = settings_.batch_bytes_below,
-             .word_bytes = settings_.word_bytes_below}) {}
+             .word_bytes = settings_.word_bytes_below}),
+      workers_(/*has_keys=*/settings_.word_bytes_below > 0) {}
 
 void RelayCore::step(TimePoint now, const Event& event, Effects& effects) {
   if (exited_) return;
@@ -98,21 +99,26 @@ void RelayCore::on(const Turn& turn, const MessageFromBelow& event) {
   if (!sender) return;
   const auto* status = std::get_if<protocol::WorkerStatus>(&event.message);
   if (status != nullptr ? !take_status(turn, *status) : !is_served(*sender)) return;
-  workers_.hear(*sender, turn.now);
+  learner::WorkerEntry& worker = *workers_.hear(*sender, turn.now);
+  const auto worth = [&] {
+    const Standing::Use use = use_of(worker, turn.now);
+    return std::pair(use, worker.evaluators_shown());
+  };
+  const auto worth_before = worth();
   rack_.receive(turn.now, event.message);
+  if (worth() != worth_before) counts_again_ = true;
 }
 
 void RelayCore::on(const Turn& turn, const InboxDrained&) { settle(turn); }
 
 void RelayCore::on(const Turn& turn, const TimerFired&) {
-  const std::vector<learner::WorkerEntry> silent = workers_.remove_silent(turn.now);
-  if (!silent.empty()) count_evaluators();
+  if (!workers_.remove_silent(turn.now).empty()) counts_again_ = true;
   rack_.on_timer(turn.now);
   if (turn.now >= remind_at_) {
     remind_at_ = turn.now + kRemindPeriod;
     workers_.note_told(turn.now, static_cast<int>(workers_.all().size()));
     rack_.remind(turn.now);
-    count_evaluators();
+    count_evaluators(turn);
     turn.log_due();
   }
   if (above_ && turn.now >= above_->next_deadline()) step_upwards(turn, worker::TimerFired{});
@@ -132,10 +138,12 @@ void RelayCore::on(const Turn& turn, const DrainRequested&) {
 bool RelayCore::take_status(const Turn& turn, const protocol::WorkerStatus& status) {
   const bool is_known = workers_.find(status.worker_id) != nullptr;
   learner::WorkerEntry* worker = workers_.hear(status.worker_id, turn.now);
+  if (!workers_.take_put_out().empty()) counts_again_ = true;
   if (worker == nullptr) {
     turn.warn("workers refused",
-              fmt::format("worker {} is refused: {} workers are the most that are served",
-                          status.worker_id, protocol::kWorkersMax));
+              fmt::format("worker {} is refused: {} workers are the most that are served, {} of "
+                          "one key",
+                          status.worker_id, protocol::kWorkersMax, protocol::kWorkersOfOneKeyMax));
     return false;
   }
   if (!above_ && !status.numeric_class.empty()) choose_class(turn, status.numeric_class);
@@ -157,7 +165,7 @@ bool RelayCore::take_status(const Turn& turn, const protocol::WorkerStatus& stat
   }
   const bool has_evaluators = worker->num_evaluators > 0 && !worker->draining;
   if (!is_known || had_evaluators != has_evaluators || was_other != worker->other_class) {
-    count_evaluators();
+    counts_again_ = true;
   }
   return !worker->other_class;
 }
@@ -175,13 +183,35 @@ void RelayCore::choose_class(const Turn& turn, const std::string& numeric_class)
   step_upwards(turn, worker::Started{});
 }
 
-void RelayCore::count_evaluators() {
-  int count = 0;
-  for (const auto& [id, worker] : workers_.all()) {
-    const bool works = !worker.other_class && !worker.draining;
-    count += works ? worker.num_evaluators : 0;
+/// To the learners that are served, whose work shows what a worker is: that is kept here too.
+Standing::Use RelayCore::use_of(learner::WorkerEntry& worker, TimePoint now) const {
+  const std::optional<Standing> standing = rack_.standing_of(worker.id, now);
+  if (!standing) return Standing::Use::kPerhaps;
+  worker.joined |= standing->has_answered_a_greeting;
+  worker.num_accepted = std::max(worker.num_accepted, standing->num_accepted);
+  return standing->use;
+}
+
+/// Those of workers that hear, as many as each has shown that it has: a learner believes a relay of
+/// its workers what it would not believe them. While none hears yet, those of which it may be.
+void RelayCore::count_evaluators(const Turn& turn) {
+  counts_again_ = false;
+  int count_now = 0;
+  int count_perhaps = 0;
+  bool has_any = false;
+  for (auto& [id, worker] : workers_.all()) {
+    if (worker.other_class || worker.draining) continue;
+    has_any = has_any || worker.num_evaluators > 0;
+    const Standing::Use use = use_of(worker, turn.now);
+    if (use == Standing::Use::kNow) count_now += worker.evaluators_shown();
+    if (use == Standing::Use::kPerhaps) count_perhaps += worker.evaluators_shown();
   }
-  rack_.set_count(std::min(count, protocol::kEvaluatorsPerWorkerMax));
+  if (has_any && count_now + count_perhaps == 0) {
+    turn.warn("workers of no use",
+              "no worker can be given roll-outs: each is distrusted or does not hear");
+  }
+  rack_.set_count(
+      std::min(count_now > 0 ? count_now : count_perhaps, protocol::kEvaluatorsPerWorkerMax));
 }
 
 void RelayCore::step_upwards(const Turn& turn, const worker::Event& event) {
@@ -202,6 +232,7 @@ void RelayCore::step_upwards(const Turn& turn, const worker::Event& event) {
 /// What has come from below goes up, what from above down. The journal's part is played by the
 /// answers that are kept until they are settled above.
 void RelayCore::settle(const Turn& turn) {
+  if (counts_again_) count_evaluators(turn);
   // A verdict may set roll-outs free, and a roll-out given down be refused at once. The event is
   // the one after which a worker gives up all that it holds, if none of its evaluators is left.
   while (above_ && rack_.has_news() && !exited_) step_upwards(turn, worker::EvaluatorDied{});

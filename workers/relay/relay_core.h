@@ -59,7 +59,8 @@ class RelayCore {
   bool take_status(const Turn& turn, const protocol::WorkerStatus& status);
   bool is_served(protocol::WorkerId worker) const;
   void choose_class(const Turn& turn, const std::string& numeric_class);
-  void count_evaluators();
+  Standing::Use use_of(learner::WorkerEntry& worker, TimePoint now) const;
+  void count_evaluators(const Turn& turn);
   void step_upwards(const Turn& turn, const worker::Event& event);
   void settle(const Turn& turn);
 
@@ -67,6 +68,7 @@ class RelayCore {
   Rack rack_;
   learner::WorkerTable workers_;             ///< all that are heard below
   std::optional<worker::WorkerCore> above_;  ///< once a class is known
+  bool counts_again_ = false;                ///< evaluators, before what it does next
   TimePoint remind_at_;
   bool exited_ = false;
   LogLimiter log_limiter_;
