@@ -71,6 +71,8 @@ inline constexpr Duration kLocalWorkerGrace = std::chrono::seconds(6);
 
 /// Of all workers that one learner hears, together.
 inline constexpr int kHeartbeatsPerSecondMax = 640;
+/// And beside these, for learners that workers hear and do not serve: they may be made up.
+inline constexpr int kWakesPerSecondMax = kHeartbeatsPerSecondMax / 4;
 
 /// How often a worker says that it is there, and what the learner makes of its silence. The learner
 /// says in its status how many workers it hears. Where they are so many that their heartbeats
@@ -79,6 +81,7 @@ inline constexpr int kHeartbeatsPerSecondMax = 640;
 struct Heartbeats {
   Duration busy = kBusyHeartbeat;
   Duration idle = kIdleHeartbeat;
+  Duration wake = kIdleHeartbeat;  ///< between two that such a learner makes come sooner
   Duration alive = kWorkerAlive;
   Duration silence = kWorkerSilence;
   Duration held_lease_min = kHeldLeaseMin;
@@ -87,10 +90,14 @@ struct Heartbeats {
 constexpr Heartbeats heartbeats_of(int num_workers) {
   using std::chrono::milliseconds;
   const int count = std::clamp(num_workers, 0, static_cast<int>(kWorkersMax));
-  const Duration turn = milliseconds(std::int64_t{1000} * count / kHeartbeatsPerSecondMax);
+  const auto turn_of = [count](int per_second) -> Duration {
+    return milliseconds(std::int64_t{1000} * count / per_second);
+  };
+  const Duration turn = turn_of(kHeartbeatsPerSecondMax);
   Heartbeats beats;
   beats.busy = std::max(kBusyHeartbeat, turn);
   beats.idle = std::max(kIdleHeartbeat, turn);
+  beats.wake = std::max(kIdleHeartbeat, turn_of(kWakesPerSecondMax));
   // In milliseconds, whose products have room.
   const auto in_proportion = [](Duration limit, Duration stretched, Duration usual) -> Duration {
     const auto count_of = [](Duration d) { return std::chrono::floor<milliseconds>(d).count(); };

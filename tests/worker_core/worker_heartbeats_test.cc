@@ -1,6 +1,7 @@
 // How often a worker says that it is there: ever more seldom, the more workers its learners hear.
 #include <gmock/gmock.h>
 
+#include "common/protocol/pieces.h"
 #include "common/protocol/timings.h"
 #include "tests/worker_core/stage.h"
 
@@ -92,6 +93,37 @@ TEST(WorkerHeartbeatsTest, WithoutALearnerItKeepsTheLastPaceAndOneThatIsHeardWak
   say(stage, 0, 2);  // whose first words did not come
   stage.pass(protocol::kIdleHeartbeat);
   EXPECT_EQ(stage.sent<WorkerStatus>().size(), 1U);
+}
+
+/// All workers of a large group hear what somebody plays from a recording, or makes up.
+TEST(WorkerHeartbeatsTest, LearnersThatAreNotServedWakeItSeldom) {
+  Stage stage;
+  greet(stage);
+  num_beats(stage, 1, {{kLearner, 4096}});
+  stage.clear();
+  for (int i = 0; i < 4 * 64; ++i) {
+    if (i % 4 == 0) say(stage, 4096);
+    say(stage, 0, 2);
+    const protocol::LearnerId made_up = 100 + i;
+    stage.step(MessageReceived{protocol::definition_piece(
+        made_up, {protocol::DefinitionKind::kTask, content_hash("a task")}, "a task", 0)});
+    stage.step(InboxDrained{});
+    stage.pass(250ms);
+  }
+  EXPECT_LE(stage.sent<WorkerStatus>().size(), 64 / 6.4 + 64 / 25.6 + 2);
+}
+
+/// One that starts should not have to wait, be it the second within a second.
+TEST(WorkerHeartbeatsTest, AmongFewWorkersEachLearnerThatStartsWakesItAtOnce) {
+  Stage stage;
+  for (const protocol::LearnerId learner : {2, 3, 4}) {
+    stage.pass(260ms);
+    stage.clear();
+    stage.step(MessageReceived{protocol::definition_piece(
+        learner, {protocol::DefinitionKind::kTask, content_hash("a task")}, "a task", 0)});
+    stage.step(InboxDrained{});
+    EXPECT_EQ(stage.sent<WorkerStatus>().size(), 1U);
+  }
 }
 
 TEST(WorkerHeartbeatsTest, ALearnerThatIsGoneHoldsNobodyToItsNumber) {

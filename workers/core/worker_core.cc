@@ -81,12 +81,17 @@ void WorkerCore::on(const Turn& turn, MessageReceived& event) {
   } else if (const auto* piece = std::get_if<protocol::DefinitionPiece>(&event.message)) {
     // A learner that starts should not have to wait for the next heartbeat.
     const bool begins_task = piece->name.kind == DefinitionKind::kTask && piece->index == 0;
-    if (begins_task && !learners_.contains(piece->learner_id)) status_due_ = true;
+    const bool is_new = begins_task && !learners_.contains(piece->learner_id);
+    if (is_new && takes_wake(turn.now)) status_due_ = true;
     const bool is_theta = piece->name.kind == DefinitionKind::kTheta;
     is_theta ? take_theta(turn, *piece) : definitions_.receive(turn, *piece, queue_);
   } else if (const auto* status = std::get_if<protocol::LearnerStatus>(&event.message)) {
     const auto known = learners_.find(status->learner_id);
-    if (known == learners_.end()) return beat_within(turn, protocol::kIdleHeartbeat);
+    if (known == learners_.end()) {
+      const bool is_slow = heartbeat_at_ > turn.now + protocol::kIdleHeartbeat;
+      if (is_slow && takes_wake(turn.now)) beat_within(turn, protocol::kIdleHeartbeat);
+      return;
+    }
     known->second.hear_status(turn.now, status->num_workers);
     count_workers(turn.now);
     beat_within(turn, heartbeat());

@@ -90,6 +90,7 @@ class WorkerCore {
   void send_status(const Turn& turn);
   Duration heartbeat() const;
   void beat_within(const Turn& turn, Duration interval);
+  bool takes_wake(TimePoint now);
   void count_workers(TimePoint now);
   int free_slots() const;
   std::size_t batch_room() const;
@@ -108,6 +109,7 @@ class WorkerCore {
   std::optional<TimePoint> other_check_ended_;
   TimePoint last_step_;
   TimePoint heartbeat_at_;
+  TimePoint wake_at_;        ///< not before: a learner that is not served makes one come sooner
   int num_workers_ = 0;      ///< those of its learners that hear the fewest hear so many
   bool status_due_ = false;  ///< what learners should know before the next heartbeat has changed
   TimePoint busy_at_;        ///< held something last, or started

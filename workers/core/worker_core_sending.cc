@@ -165,6 +165,14 @@ void WorkerCore::beat_within(const Turn& turn, Duration interval) {
   heartbeat_at_ = std::min(heartbeat_at_, turn.now + interval);
 }
 
+/// Whether a learner that is not served may have a status come sooner. What it says may be made up
+/// or a recording, and one datagram is heard by all workers.
+bool WorkerCore::takes_wake(TimePoint now) {
+  if (now < wake_at_) return false;
+  wake_at_ = now + protocol::heartbeats_of(num_workers_).wake;
+  return true;
+}
+
 /// Each learner counts on heartbeats as often as what it has said allows.
 void WorkerCore::count_workers(TimePoint now) {
   std::optional<int> fewest;
