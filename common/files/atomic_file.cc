@@ -91,7 +91,7 @@ AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
 
 void AtomicFile::open_beside(const fs::path& file) {
   file_ = file;
-  temporary_ = file.string() + ".tmp";
+  temporary_ = unfinished(file);
   // One that was left over; and whatever else lies there, a link say, is not written through.
   ::unlink(temporary_.c_str());
   descriptor_ =
@@ -165,6 +165,8 @@ void AtomicFile::flush() {
 void AtomicFile::fail(int error) const {
   throw std::system_error(error, std::generic_category(), "cannot write " + path_.string());
 }
+
+fs::path unfinished(const fs::path& file) { return file.string() + ".tmp"; }
 
 void write_atomically(const fs::path& path, std::string_view text) {
   AtomicFile file(path);

@@ -50,6 +50,10 @@ class AtomicFile {
   std::string buffer_;
 };
 
+/// Where a file of this name is written before it has the name: what a process leaves that is ended
+/// meanwhile. The next one that writes the file removes it.
+std::filesystem::path unfinished(const std::filesystem::path& file);
+
 /// One whole file.
 void write_atomically(const std::filesystem::path& path, std::string_view text);
 /// Whole files of a folder, each of which appears complete or not at all. Thousands of them take

@@ -37,9 +37,11 @@ void check_state_directory(const fs::path& directory) {
   if (error) refuse(error.message());
   if (!fs::is_directory(status)) refuse("must be a directory");
   for (const fs::path& entry : fs::directory_iterator(directory, error)) {
-    // An empty journal is what a learner leaves that has only come as far as locking it.
+    // What a learner leaves that is ended while it begins: it locks an empty journal, then writes
+    // the study.
     std::error_code not_a_file;
     if (entry == journal_of(directory) && fs::file_size(entry, not_a_file) == 0) continue;
+    if (entry == unfinished(study_of(directory))) continue;
     refuse(
         "must be new or empty; it may hold what an earlier study has yielded. --resume goes on "
         "with that, "
