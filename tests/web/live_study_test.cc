@@ -116,6 +116,31 @@ TEST(LiveStudyTest, WhatStrangersMakeUpIsBounded) {
   EXPECT_LE(study.live->workers().size(), 1U);
 }
 
+/// Each start of a worker's process is another one, and a journal has them all.
+TEST(LiveStudyTest, WorkersThatAreGoneMakeRoomWhoHasAnsweredLeastFirst) {
+  FedStudy study(learner::small_study(4000, 1));
+  protocol::WorkerId next = 1000;
+  const auto have_been = [&](std::size_t count, bool answered) {
+    for (std::size_t i = 0; i < count; ++i, ++next) {
+      study.live->accepted(KnownWorker{next, "class", "array", 1});
+      if (answered) {
+        AcceptedResult result;
+        result.outcome = Outcome::ok(1);
+        result.worker_id = next;
+        study.live->accepted(result);
+      }
+    }
+  };
+  have_been(2 * LiveStudy::kWorkersMax, false);
+  EXPECT_LE(study.live->workers().size(), LiveStudy::kWorkersMax);
+  study.answer(10);  // by worker 9, which comes after them
+  have_been(3 * LiveStudy::kWorkersMax, true);
+  EXPECT_LE(study.live->workers().size(), LiveStudy::kWorkersMax);
+  ASSERT_TRUE(study.live->workers().contains(9)) << "it has answered more than they";
+  EXPECT_EQ(study.live->workers().at(9).num_accepted, 10);
+  EXPECT_TRUE(study.live->workers().contains(next - 1));
+}
+
 TEST(LiveStudyTest, AWorkerIsShownWithWhatIsWrongWithIt) {
   FedStudy study(learner::small_study(30, 2));
   protocol::WorkerStatus status;

@@ -1,6 +1,7 @@
 #include "learner/web/views/live_study.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace treeroll::web {
 namespace {
@@ -42,11 +43,31 @@ void LiveStudy::applied(const learner::Run& run, int number) {
   if (recent_.size() > kRecentMax) recent_.pop_front();
 }
 
-/// Null for one too many.
+/// Null for one too many. Each start of a worker's process is a name of its own.
 SeenWorker* LiveStudy::worker(protocol::WorkerId id) {
   const auto found = workers_.find(id);
   if (found != workers_.end()) return &found->second;
+  const auto& present = core_.workforce().workers().all();
+  const auto entry = present.find(id);
+  // There may be thousands of made-up ones each second.
+  const bool is_stranger = entry != present.end() && !entry->second.has_answered_a_greeting();
+  if (workers_.size() >= kWorkersMax && !is_stranger) make_room();
   return workers_.size() < kWorkersMax ? &workers_[id] : nullptr;
+}
+
+/// Of those that are gone who has answered nothing goes; else the half that has answered least, so
+/// that not every newcomer costs a walk over all.
+void LiveStudy::make_room() {
+  const auto& present = core_.workforce().workers().all();
+  std::vector<std::pair<std::int64_t, protocol::WorkerId>> gone;
+  for (const auto& [id, seen] : workers_) {
+    if (!present.contains(id)) gone.emplace_back(seen.num_accepted, id);
+  }
+  std::ranges::sort(gone);
+  const auto answered = std::ranges::find_if(gone, [](const auto& one) { return one.first > 0; });
+  const auto half = gone.begin() + (std::ssize(gone) + 1) / 2;
+  const auto end = answered != gone.begin() ? answered : half;
+  std::for_each(gone.begin(), end, [this](const auto& one) { workers_.erase(one.second); });
 }
 
 void LiveStudy::accepted(const AcceptedResult& result) {

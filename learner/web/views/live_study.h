@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/base/time.h"
+#include "common/protocol/limits.h"
 #include "common/protocol/messages.h"
 #include "learner/core/learner_core.h"
 #include "learner/core/pace.h"
@@ -56,7 +57,7 @@ class LiveStudy {
   static constexpr std::size_t kFailuresMax = 200;
   static constexpr std::size_t kReasonsMax = 100;
   static constexpr std::size_t kRecentMax = 1000;
-  static constexpr std::size_t kWorkersMax = 2000;
+  static constexpr std::size_t kWorkersMax = protocol::kWorkersMax;  ///< all of the core's at least
 
   /// Precondition: the core outlives it, and has applied nothing yet.
   LiveStudy(const learner::LearnerCore& core, StudyFacts facts);
@@ -94,6 +95,7 @@ class LiveStudy {
 
  private:
   SeenWorker* worker(protocol::WorkerId id);
+  void make_room();
 
   const learner::LearnerCore& core_;
   StudyFacts facts_;
