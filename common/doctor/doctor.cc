@@ -8,6 +8,8 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -17,9 +19,11 @@
 #include "common/program/program.h"
 #include "common/program/random_id.h"
 #include "common/program/standard_output.h"
+#include "common/transport/authenticator.h"
 #include "common/transport/bus.h"
 #include "common/transport/lcm_url.h"
 #include "common/transport/loop.h"
+#include "common/transport/signature.h"
 
 namespace treeroll::doctor {
 namespace {
@@ -46,6 +50,34 @@ void append(Findings& findings, Findings more) {
   std::move(more.begin(), more.end(), std::back_inserter(findings));
 }
 
+Finding say_keys(const std::optional<transport::KeyFile>& file) {
+  if (!file) {
+    return {Level::kNotice, "keys",
+            "this program has none: what it hears is not verified, and whoever has one "
+            "refuses what it says",
+            "--key-file FILE where the group has keys; treeroll-keygen makes them"};
+  }
+  if (file->keys().is_learners()) {
+    return {Level::kOk, "keys", "only what is signed with ours is heard"};
+  }
+  return {Level::kOk, "keys",
+          "ours is a worker's: what learners say is checked with it; what workers say cannot be, "
+          "and they refuse what this program says"};
+}
+
+/// What a worker of these keys makes of the message; nothing of one that is not signed where there
+/// are none.
+Proof proof_of(transport::Authenticator* worker, Channel channel,
+               std::span<const std::byte> bytes) {
+  Proof proof;
+  if (transport::is_of_worker(channel)) {
+    proof.is_unchecked = transport::index_in(bytes) > 0;
+  } else if (worker != nullptr) {
+    proof.refusal = worker->refusal(channel, bytes);
+  }
+  return proof;
+}
+
 /// Listens and greets for the time that was asked for.
 Findings watch_group(const DoctorOptions& options, const LcmUrl& url) {
   transport::Loop loop;
@@ -54,10 +86,21 @@ Findings watch_group(const DoctorOptions& options, const LcmUrl& url) {
   bus_options.url = options.lcm_url;
   bus_options.channels = {Channel::kRolloutBatch, Channel::kWorkerStatus, Channel::kLearnerStatus};
   bus_options.among_programs = true;
-  bus_options.key_file =
-      transport::key_file_of("--key-file", options.key_file, transport::Voice::kLearner);
+  const std::optional<transport::KeyFile> key_file =
+      transport::key_file_of("--key-file", options.key_file, transport::Voice::kWorker);
+  const bool speaks_as_learner = key_file && key_file->keys().is_learners();
+  std::optional<transport::Authenticator> worker;
+  Proof proof;
+  if (speaks_as_learner) {
+    bus_options.key_file = key_file;
+  } else {
+    if (key_file) worker.emplace(key_file->keys());
+    bus_options.on_bytes = [&](Channel channel, std::span<const std::byte> bytes) {
+      proof = proof_of(worker ? &*worker : nullptr, channel, bytes);
+    };
+  }
   bus_options.on_message = [&](const protocol::Message& message) {
-    watch->take(loop.now(), message);
+    watch->take(loop.now(), message, proof);
   };
   auto opened = open_bus(loop, std::move(bus_options));
   if (!opened) return {{Level::kTrouble, "bus", opened.error().message}};
@@ -97,13 +140,7 @@ Findings watch_group(const DoctorOptions& options, const LcmUrl& url) {
                                     statistics.last_publish_error),
                         "see `route`"});
   }
-  findings.push_back(
-      options.key_file.empty()
-          ? Finding{Level::kNotice, "keys",
-                    "this program has none: what it hears is not verified, and whoever has one "
-                    "refuses what it says",
-                    "--key-file FILE where the group has keys; treeroll-keygen makes them"}
-          : Finding{Level::kOk, "keys", "only what is signed with ours is heard"});
+  findings.push_back(say_keys(key_file));
   if (statistics.num_rejected > 0) {
     findings.push_back(
         {Level::kNotice, "strangers",

@@ -8,7 +8,7 @@ namespace treeroll::doctor {
 /// The command line of treeroll-doctor.
 struct DoctorOptions {
   std::string lcm_url;             ///< resolved
-  std::filesystem::path key_file;  ///< empty: nothing is signed
+  std::filesystem::path key_file;  ///< empty: nothing is signed; a learner's, or a worker's
   std::filesystem::path folder;    ///< where results go: its disk is looked at
   int seconds = 0;                 ///< how long it listens
   bool json = false;

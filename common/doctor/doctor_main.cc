@@ -25,8 +25,8 @@ int doctor_main(int argc, char** argv) {
                  "--lcm-url", url,
                  "LCM URL; default: LCM_DEFAULT_URL, else LCM's default, which stays on this host");
              line.add("--key-file", options.key_file,
-                      "Learner's keys of treeroll-keygen, where the group has some: signs, and "
-                      "says who does not");
+                      "Keys of treeroll-keygen, where the group has some. A learner's: signs, and "
+                      "says who does not. A worker's: says which learners its worker refuses");
              line.add("--folder", options.folder, "Where results go: its disk is looked at")
                  .shows_default();
              line.add("--seconds", options.seconds, "How long to listen to the group")

@@ -54,7 +54,7 @@ protocol::RolloutBatch GroupWatch::greeting(TimePoint now) {
   auto next = workers_.upper_bound(last_greeted_);
   for (std::size_t i = 0; i < workers_.size(); ++i, ++next) {
     if (next == workers_.end()) next = workers_.begin();
-    if (next->second.hears_us) continue;
+    if (next->second.hears_us || next->second.proof.is_unchecked) continue;
     if (batch.acknowledgements.size() == count_max) break;
     last_greeted_ = next->first;
     next->second.was_greeted = true;
@@ -76,7 +76,7 @@ protocol::RolloutBatch GroupWatch::longest_batch(TimePoint now) {
   return batch;
 }
 
-void GroupWatch::take(TimePoint now, const protocol::Message& message) {
+void GroupWatch::take(TimePoint now, const protocol::Message& message, const Proof& proof) {
   if (const auto* batch = std::get_if<protocol::RolloutBatch>(&message)) {
     const auto ours = batch->learner_id == settings_.id ? sent_.find(batch->sequence) : sent_.end();
     if (ours == sent_.end()) return;
@@ -90,12 +90,13 @@ void GroupWatch::take(TimePoint now, const protocol::Message& message) {
   } else if (const auto* learner = std::get_if<protocol::LearnerStatus>(&message)) {
     if (learners_.size() < protocol::kLearnersPerWorkerMax ||
         learners_.contains(learner->learner_id)) {
-      learners_[learner->learner_id] = *learner;
+      learners_[learner->learner_id] = {*learner, proof};
     }
   } else if (const auto* status = std::get_if<protocol::WorkerStatus>(&message)) {
     if (workers_.size() >= protocol::kWorkersMax && !workers_.contains(status->worker_id)) return;
     Worker& worker = workers_[status->worker_id];
     worker.status = *status;
+    worker.proof = proof;
     if (worker.was_greeted) ++worker.num_heard;
     for (const protocol::HeldRollouts& held : status->held) {
       if (held.learner_id == settings_.id && held.last_batch > 0) worker.hears_us = true;
@@ -143,7 +144,8 @@ void GroupWatch::say_learners(Findings& findings) const {
         {Level::kNotice, "learner", "none is heard",
          "treeroll-learner STUDY starts one; one on another host needs the same URL with ttl=1"});
   }
-  for (const auto& [id, learner] : learners_) {
+  for (const auto& [id, known] : learners_) {
+    const protocol::LearnerStatus& learner = known.status;
     const std::string who =
         fmt::format("{}, study {}", where(learner.host, learner.pid), learner.study);
     const std::string progress = fmt::format(
@@ -155,6 +157,13 @@ void GroupWatch::say_learners(Findings& findings) const {
       findings.push_back({Level::kTrouble, "learner",
                           fmt::format("{}: {}; it waits: {}", who, progress, learner.waiting_for),
                           "the lines of workers below say more"});
+    }
+    if (known.proof.refusal) {
+      findings.push_back(
+          {Level::kTrouble, "learner",
+           fmt::format("{}: a worker with this key refuses it: {}", who, *known.proof.refusal),
+           "make this host's key of that learner's: treeroll-keygen NEW.key --worker-of "
+           "LEARNER.key"});
     }
     if (!learner.last_failure.empty()) {
       findings.push_back({Level::kNotice, "learner",
@@ -182,6 +191,7 @@ void GroupWatch::say_workers(Findings& findings) const {
   }
   std::int64_t num_evaluators = 0;
   std::size_t num_well = 0;
+  std::int64_t num_untried = 0;
   for (const auto& [id, worker] : workers_) {
     const protocol::WorkerStatus& status = worker.status;
     num_evaluators += status.num_evaluators;
@@ -192,7 +202,9 @@ void GroupWatch::say_workers(Findings& findings) const {
       findings.push_back({level, "worker", who + ": " + what, cure});
       is_well = false;
     };
-    if (!worker.hears_us && worker.num_heard >= kHeartbeatsToAnswer) {
+    if (worker.proof.is_unchecked) {
+      ++num_untried;
+    } else if (!worker.hears_us && worker.num_heard >= kHeartbeatsToAnswer) {
       say(Level::kTrouble, "is heard and does not hear this host",
           fmt::format("on its host let {} in from this one; treeroll-doctor there shows more",
                       settings_.group));
@@ -209,7 +221,8 @@ void GroupWatch::say_workers(Findings& findings) const {
       say(Level::kNotice, fmt::format("has restarted evaluators {} times", status.num_restarts),
           "its log says why: a task that crashes, or one past its time or memory");
     }
-    if (status.num_rejected > 0) {
+    // Among what such a worker refuses is what we say.
+    if (status.num_rejected > 0 && !worker.proof.is_unchecked) {
       say(Level::kNotice, fmt::format("has refused {}", plural(status.num_rejected, "message")),
           "its log says why: other versions, or strangers on the group");
     }
@@ -222,13 +235,23 @@ void GroupWatch::say_workers(Findings& findings) const {
     }
     if (status.draining) say(Level::kNotice, "is about to end and takes no more roll-outs", "");
     if (!is_well) continue;
-    if (++num_well <= kNamedWorkersMax)
-      findings.push_back({Level::kOk, "worker", who + ": hears this host and is heard"});
+    if (++num_well > kNamedWorkersMax) continue;
+    findings.push_back({Level::kOk, "worker",
+                        who + (worker.proof.is_unchecked ? ": is heard, and signs what it says"
+                                                         : ": hears this host and is heard")});
   }
   if (num_well > kNamedWorkersMax) {
     findings.push_back(
         {Level::kOk, "worker",
-         fmt::format("and {} more hear this host and are heard", num_well - kNamedWorkersMax)});
+         fmt::format("and {} more of which the same is true", num_well - kNamedWorkersMax)});
+  }
+  if (num_untried > 0) {
+    findings.push_back(
+        {Level::kNotice, "worker",
+         fmt::format("{} with keys: whether this host is heard there takes a learner's key to try",
+                     plural(num_untried, "worker")),
+         "on a learner's host, treeroll-doctor --key-file LEARNER.key tries it; a learner's key "
+         "need not be on others"});
   }
   findings.push_back(
       {Level::kOk, "workers",

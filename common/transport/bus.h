@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,8 @@ struct BusOptions {
   /// Called in the loop for each message that passed every check, one's own included. Must not
   /// throw, nor destroy the bus.
   std::function<void(protocol::Message)> on_message;
+  /// Called right before it with the bytes, by which a signature can be looked at. May be null.
+  std::function<void(Channel, std::span<const std::byte>)> on_bytes = nullptr;
   /// Refuses a URL by which no other program is reached: memq, file.
   bool among_programs = false;
   /// What is said is signed, and what is not signed is refused. The file is looked at again now and

@@ -105,6 +105,7 @@ void LcmBus::take(Channel channel, std::span<const std::byte> bytes) {
     if (admission != Authenticator::Admission::kTaken) return;
   }
   ++statistics_.num_received;
+  if (options_.on_bytes) options_.on_bytes(channel, bytes);
   options_.on_message(*std::move(message));
 }
 

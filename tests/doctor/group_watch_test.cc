@@ -94,6 +94,34 @@ TEST(GroupWatchTest, AWorkerThatNamesOurBatchHearsUsAndIsGreetedNoMore) {
   EXPECT_THAT(deaf[0].text, HasSubstr("does not hear"));
 }
 
+/// It reads no word of who has no learner's key, however well it hears.
+TEST(GroupWatchTest, AWorkerThatSignsIsNotCalledDeafByWhoHasNoKey) {
+  GroupWatch watch = make_watch();
+  const Proof unchecked{.is_unchecked = true};
+  watch.take(kStart, status_of(5, "signs"), unchecked);
+  EXPECT_TRUE(watch.greeting(kStart).acknowledgements.empty());
+  for (int i = 0; i < 9; ++i) watch.take(kStart, status_of(5, "signs"), unchecked);
+  const Findings findings = troubles(watch, "worker");
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].level, Level::kNotice);
+  EXPECT_THAT(findings[0].text, HasSubstr("1 worker with keys: whether"));
+  EXPECT_THAT(findings[0].cure, HasSubstr("LEARNER.key"));
+}
+
+TEST(GroupWatchTest, ALearnerThatAWorkerOfThisHostRefusesIsTroubleAndSaysWhy) {
+  GroupWatch watch = make_watch();
+  protocol::LearnerStatus learner;
+  learner.learner_id = 9;
+  learner.host = "desk";
+  watch.take(kStart, learner);
+  EXPECT_TRUE(troubles(watch, "learner").empty());
+  watch.take(kStart, learner, {.refusal = "learner 9 signs nothing"});
+  const Findings findings = troubles(watch, "learner");
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].level, Level::kTrouble);
+  EXPECT_THAT(findings[0].text, HasSubstr("signs nothing"));
+}
+
 TEST(GroupWatchTest, EveryDeafWorkerHasItsTurnAndNoneIsAccusedBefore) {
   GroupWatch watch = make_watch();
   constexpr int kNumDeaf = 120;

@@ -75,6 +75,26 @@ TEST_F(KeysTest, KeyFilesThatDoNotServeAreRefusedBeforeAnythingStarts) {
               AllOf(HasSubstr("--key-file"), HasSubstr("readable by its owner alone")));
 }
 
+/// On a worker's host there is no learner's key.
+TEST_F(KeysTest, TheDoctorFindsAWorkerWithKeysWellWithoutALearnersKey) {
+  Daemon signing("treeroll-worker", worker({"--key-file", key("worker.key")}),
+                 service_.directory());
+  ASSERT_TRUE(eventually(seconds(20), [&] {
+    return signing.standard_error().find("takes only what is signed") != std::string::npos;
+  }));
+  const auto examine = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"--lcm-url", service_.url(), "--seconds", "1"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Said said = service_.run("treeroll-doctor", arguments);
+    EXPECT_EQ(said.status, 0) << said.output << said.errors;
+    return said.output;
+  };
+  EXPECT_THAT(examine({}), HasSubstr("is heard, and signs what it says"));
+  EXPECT_THAT(examine({"--key-file", key("worker.key")}), HasSubstr("ours is a worker's"));
+  EXPECT_THAT(examine({"--key-file", key("learner.key")}), Not(HasSubstr("1 worker with keys")))
+      << "with this one it is tried";
+}
+
 TEST_F(KeysTest, KeygenOverwritesNothingAndPrintsNoSecret) {
   const std::string before = read_file(key("learner.key"));
   const Said again = service_.run("treeroll-keygen", {key("learner.key")});
