@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -77,32 +78,45 @@ std::vector<double> inputs_of(const Policy& policy) {
   return inputs;
 }
 
-/// Of the outputs that some policies have given.
+/// Of one output that some policies have given.
 struct Range {
-  int num_policies = 0;  ///< that have given any
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
+};
+
+/// Of each output: one in metres is not to be lost beside one in newtons.
+struct Ranges {
+  int num_policies = 0;  ///< that have given any
+  std::vector<Range> of_outputs;
 
   std::string in_words() const {
-    return num_policies == 0 ? "nothing" : fmt::format("{:.4g} to {:.4g}", low, high);
+    if (num_policies == 0) return "nothing";
+    std::vector<std::string> words;
+    for (const Range& range : of_outputs) {
+      words.push_back(fmt::format("{:.4g} to {:.4g}", range.low, range.high));
+      if (of_outputs.size() > 1) words.back() += fmt::format(" (output {})", words.size());
+    }
+    return fmt::format("{}", fmt::join(words, ", "));
   }
 };
 
 /// A row an input, up to the one for which the policy's bounds refuse the output: they throw
 /// std::runtime_error.
 void print_curve(const std::string& condition, Shown& shown, const std::vector<double>& inputs,
-                 Range& range) {
+                 Ranges& ranges) {
   const auto output_dim = static_cast<std::size_t>(shown.policy->output_dim());
   std::vector<double> outputs(output_dim);
+  ranges.of_outputs.resize(output_dim);
   const std::unique_ptr<Controller> controller = shown.policy->controller();
   controller->start();
   for (const double& input : inputs) {
     controller->act({&input, 1}, outputs);
-    if (&input == &inputs.front()) ++range.num_policies;
+    if (&input == &inputs.front()) ++ranges.num_policies;
     fmt::print("{},{},{},{}\n", csv_field(condition), shown.name, input, fmt::join(outputs, ","));
-    for (const double output : outputs) {
-      range.low = std::min(range.low, output);
-      range.high = std::max(range.high, output);
+    for (std::size_t i = 0; i < output_dim; ++i) {
+      Range& range = ranges.of_outputs[i];
+      range.low = std::min(range.low, outputs[i]);
+      range.high = std::max(range.high, outputs[i]);
     }
   }
 }
@@ -112,13 +126,13 @@ void preview(const Condition& condition, std::uint64_t seed, int count) {
   const bool is_curve = condition.start->input_dim() == 1;
   std::vector<double> inputs;
   if (is_curve) inputs = inputs_of(*condition.start);
-  Range start;
-  Range drawn;
+  Ranges start;
+  Ranges drawn;
   for (Shown& one : all) {
     if (!one.policy) {
       spdlog::warn("{}: draw {} is no policy: {}", condition.name, one.name, one.refusal);
     } else if (is_curve) {
-      Range& of_kind = &one == &all.front() ? start : drawn;
+      Ranges& of_kind = &one == &all.front() ? start : drawn;
       try {
         print_curve(condition.name, one, inputs, of_kind);
       } catch (const std::runtime_error& error) {
