@@ -56,10 +56,30 @@ Eigen::VectorXd output_weights(const Demonstrations& all) {
   return (variance.array() > 0).select(variance.cwiseInverse(), 0);
 }
 
+/// Outputs that samples lack, on straight lines between those that its neighbours have: only to be
+/// compared. Sensors that are read in turn would else have no output in common, and such a pair,
+/// which costs nothing, would draw every way along. An output that a recording never has is left.
+Eigen::MatrixXd interpolated(Eigen::MatrixXd one) {
+  for (Eigen::Index row = 1; row < one.rows(); ++row) {
+    Eigen::Index last = -1;
+    for (Eigen::Index n = 0; n < one.cols(); ++n) {
+      if (std::isnan(one(row, n))) continue;
+      for (Eigen::Index i = last + 1; i < n; ++i) {
+        const double length = last < 0 ? 0 : one(0, n) - one(0, last);
+        const double share = length > 0 ? (one(0, i) - one(0, last)) / length : 1;
+        one(row, i) = last < 0 ? one(row, n) : (1 - share) * one(row, last) + share * one(row, n);
+      }
+      last = n;
+    }
+    for (Eigen::Index i = last + 1; last >= 0 && i < one.cols(); ++i) one(row, i) = one(row, last);
+  }
+  return one;
+}
+
 /// Where the best way to a pair of samples comes from.
 enum class Step : std::uint8_t { kBoth, kOwn, kReference };
 
-/// The times that the samples of `one` get on the reference's clock.
+/// The times that the samples of `one` get on the reference's clock; both are interpolated().
 Eigen::RowVectorXd warped_times(const Eigen::MatrixXd& one, const Eigen::MatrixXd& reference,
                                 const Eigen::VectorXd& weights) {
   const auto num_own = static_cast<std::size_t>(one.cols());
@@ -69,7 +89,7 @@ Eigen::RowVectorXd warped_times(const Eigen::MatrixXd& one, const Eigen::MatrixX
     for (Eigen::Index i = 0; i < weights.size(); ++i) {
       const double difference =
           one(1 + i, static_cast<Eigen::Index>(a)) - reference(1 + i, static_cast<Eigen::Index>(b));
-      if (std::isnan(difference)) continue;  // one of the two lacks this output
+      if (std::isnan(difference)) continue;  // one of the two never has this output
       sum += weights[i] * difference * difference;
       ++num_common;
     }
@@ -126,9 +146,10 @@ void align(Demonstrations& demonstrations, Alignment alignment) {
   scale_to_mean_duration(demonstrations);
   if (alignment == Alignment::kDuration) return;
   const Eigen::VectorXd weights = output_weights(demonstrations);
-  const Eigen::MatrixXd clock = demonstrations[reference];
+  const Eigen::MatrixXd clock = interpolated(demonstrations[reference]);
   for (std::size_t k = 0; k < demonstrations.size(); ++k) {
-    if (k != reference) demonstrations[k].row(0) = warped_times(demonstrations[k], clock, weights);
+    if (k == reference) continue;
+    demonstrations[k].row(0) = warped_times(interpolated(demonstrations[k]), clock, weights);
   }
 }
 

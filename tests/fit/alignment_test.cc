@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 namespace treeroll {
 namespace {
@@ -74,6 +75,22 @@ TEST(AlignmentTest, WarpingBringsTogetherWhatLooksAlike) {
     EXPECT_NEAR(all[k](0, all[k].cols() - 1), 2, .011) << "and end together";
   }
   EXPECT_EQ(all[0], by_duration[0]) << "the reference keeps its clock";
+}
+
+/// Sensors that are read in turn have no output in common: what lies between tells.
+TEST(AlignmentTest, WarpingBringsTogetherWhatSensorsInTurnHaveSeen) {
+  std::vector<Eigen::MatrixXd> all = {movement(0, 2, 201, even), movement(0, 2, 201, late)};
+  for (Eigen::MatrixXd& one : all) {
+    for (Eigen::Index n = 0; n < one.cols(); ++n) {
+      one(1 + n % 2, n) = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  const Eigen::MatrixXd before = all[1];
+  EXPECT_GT(misfit(before, 0, 2), .3);
+  align(all, Alignment::kDynamicTimeWarping);
+  EXPECT_LT(misfit(all[1], 0, 2), .05);
+  EXPECT_TRUE((all[1].bottomRows(2).array().isNaN() == before.bottomRows(2).array().isNaN()).all())
+      << "no sample is made up";
 }
 
 TEST(AlignmentTest, WhatIsAlikeAlreadyStaysSo) {
