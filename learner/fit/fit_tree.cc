@@ -3,11 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "common/base/check.h"
 #include "learner/fit/kmeans.h"
+#include "learner/fit/missing_outputs.h"
 
 namespace treeroll {
 namespace {
@@ -34,7 +38,8 @@ Gmm fit_layer(const Eigen::MatrixXd& data, int num_components, const FitSettings
     if (!settings.refine) return fitted;
     return in_order_of_first_input(refined(in_order_of_first_input(fitted), data, settings));
   } catch (const FitError& error) {
-    if (settings.start == FitStart::kKmeans) throw;
+    // Clusters need every output.
+    if (settings.start == FitStart::kKmeans || !is_complete(data)) throw;
     throw FitError(
         fmt::format("{}; with policy.fit.start = \"kmeans\" every component begins with "
                     "data of its own",
@@ -42,6 +47,13 @@ Gmm fit_layer(const Eigen::MatrixXd& data, int num_components, const FitSettings
   } catch (const std::invalid_argument& error) {
     throw FitError(error.what());
   }
+}
+
+/// Of a layer that is split from the one above.
+[[noreturn]] void refuse_layer(std::size_t layer, const char* fault) {
+  throw FitError(
+      fmt::format("layer {}: {}; policy.model = \"top_down_tree\" or \"flat\" splits no component",
+                  layer, fault));
 }
 
 /// Every Gaussian of the layer above has two children, beside each other.
@@ -68,6 +80,29 @@ Eigen::MatrixXd responsibilities_below(const std::vector<Component>& components,
   return here;
 }
 
+/// Whether some component has less than one sample's worth of the data.
+bool leaves_one_without_data(const Eigen::MatrixXd& responsibilities) {
+  return responsibilities.rowwise().sum().minCoeff() < 1;
+}
+
+/// The samples as a regression's weights see them: outputs do not count.
+Eigen::MatrixXd inputs_alone(Eigen::MatrixXd data, int input_dim) {
+  data.bottomRows(data.rows() - input_dim).setConstant(std::numeric_limits<double>::quiet_NaN());
+  return data;
+}
+
+/// A refined layer may meet the data by components that cancel one another, far from all samples:
+/// by their density one of them then has all data, and the children of another none. Who has a
+/// share in the regression there has it by the inputs.
+/// @param of  data -> responsibilities of the layer's components
+template <typename Of>
+Eigen::MatrixXd shares_of_data(const Of& of, const Eigen::MatrixXd& data,
+                               const FitSettings& settings) {
+  Eigen::MatrixXd shares = of(data);
+  if (!settings.refine || !leaves_one_without_data(shares)) return shares;
+  return of(inputs_alone(data, settings.input_dim));
+}
+
 }  // namespace
 
 TreeModel fit_flat(const Eigen::MatrixXd& data, int num_components, const FitSettings& settings) {
@@ -79,7 +114,9 @@ TreeModel fit_bottom_up(const Eigen::MatrixXd& data, int num_components_layer_1,
                         const FitSettings& settings) {
   std::vector<Gmm> layers = {fit_layer(data, num_components_layer_1, settings)};
   std::vector<std::vector<int>> parents = {{}};
-  Eigen::MatrixXd parent_responsibilities = responsibilities(layers[0], data);  // K x N
+  Eigen::MatrixXd parent_responsibilities = shares_of_data(  // K x N
+      [&](const Eigen::MatrixXd& samples) { return responsibilities(layers[0], samples); }, data,
+      settings);
   while (static_cast<int>(layers.size()) < num_layers) {
     const Gmm& above = layers.back();
     std::vector<Component> components;
@@ -95,11 +132,17 @@ TreeModel fit_bottom_up(const Eigen::MatrixXd& data, int num_components_layer_1,
       // where it meets the next.
       components =
           refined(Gmm(settings.input_dim, std::move(components)), data, settings).components();
+    } catch (const std::runtime_error& error) {
+      refuse_layer(layers.size() + 1, error.what());
     } catch (const std::invalid_argument& error) {
-      throw FitError(error.what());
+      refuse_layer(layers.size() + 1, error.what());
     }
-    parent_responsibilities =
-        responsibilities_below(components, parent_responsibilities, data, settings.input_dim);
+    parent_responsibilities = shares_of_data(
+        [&](const Eigen::MatrixXd& samples) {
+          return responsibilities_below(components, parent_responsibilities, samples,
+                                        settings.input_dim);
+        },
+        data, settings);
     parents.push_back(parents_of_pairs(static_cast<int>(components.size())));
     layers.emplace_back(settings.input_dim, std::move(components));
   }

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "learner/fit/demonstration.h"
 #include "tests/mixture/random_mixture.h"
 
@@ -58,6 +60,25 @@ TEST(FitTreeTest, GivesTheFirstLayerTheFitOfAFlatModel) {
   EXPECT_EQ(test::distance(fit_bottom_up(data, 2, 2, settings).layer(1),
                            fit_flat(data, 2, settings).finest()),
             0);
+}
+
+/// Two Gaussians cannot meet these curves, so that their refinement goes on until they cancel one
+/// another, far from all samples: one has no share of them by its density.
+TEST(FitTreeTest, SplitsALayerWhoseRefinementHasLeftTheData) {
+  constexpr int kSamples = 100;
+  Eigen::MatrixXd data(2, kSamples);
+  for (int n = 0; n < kSamples; ++n) {
+    const double t = 2. * n / (kSamples - 1);
+    data.col(n) << t, 2 * std::sin(3 * t) + .5 * t;
+  }
+  FitSettings settings;
+  settings.em.regularisation = Eigen::Vector2d(3.400673400673403e-05, 0.00014746999148645943);
+  settings.initial_output_deviation = 1.214372230769707;
+  settings.refine.emplace();
+  const TreeModel tree = fit_bottom_up(data, 2, 2, settings);
+  const Gmm above = tree.layer(1);
+  ASSERT_LT(responsibilities(above, data).rowwise().sum().minCoeff(), 1) << "it has stayed";
+  EXPECT_LT(relative_regression_error(tree.finest(), data), .1);
 }
 
 TEST(FitTreeTest, MergesFromTheFlatModelUpwards) {
