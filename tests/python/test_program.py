@@ -185,7 +185,7 @@ class ProgramEndTest(unittest.TestCase):
             self.assertEqual(program.stderr.readline(), "moves\n")
             program.terminate()
             self.assertEqual(program.stderr.read(), "motors off\n")
-            self.assertEqual(program.wait(), -signal.SIGTERM, "as of a program that knows nothing of it")
+            self.assertEqual(program.wait(), 128 + signal.SIGTERM, "what a worker takes for the signal")
 
     def test_it_may_run_in_another_thread(self):
         code = ROBOT.replace("treeroll.run(Robot)", "import threading\nthreading.Thread(target=treeroll.run, args=(Robot,)).start()")

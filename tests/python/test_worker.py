@@ -2,10 +2,60 @@
 
 import importlib.util
 import json
+import os
+import time
 
-from support import EXAMPLE, PYTHON, SOURCE, ProgramTest, lcm_url
+from support import EXAMPLE, PYTHON, SOURCE, ProgramTest, lcm_url, study_text
 
 HERE = SOURCE / "tests/python"
+
+# Its motors are stopped in every way that Python has. Each writes a file of its own.
+DRIVEN = """
+import atexit, os, time
+from pathlib import Path
+
+class Driver:
+    def __init__(self, name):
+        self.name = name
+        self.file = open(name, "w")
+    def stop(self, *_):
+        self.file.write("off")
+        self.file.close()
+    def __enter__(self):
+        return self
+    __exit__ = stop
+
+class Forgotten(Driver):
+    __del__ = Driver.stop
+
+atexit.register(Driver("atexit").stop)  # before treeroll is known
+
+import treeroll
+
+class Robot(treeroll.Task):
+    def __init__(self, settings):
+        self.driver = Forgotten("task")
+
+    def describe(self):
+        return treeroll.Description(1, 1, 60.0, repeatable=False)
+
+    def evaluate(self, policy, seed):
+        with Driver("evaluate"):
+            if os.environ.get("HANGS"):
+                Path("moves").touch()
+                time.sleep(100)
+            return 0.5
+
+if __name__ == "__main__":
+    program = Forgotten("program")
+    try:
+        with Driver("around"):
+            treeroll.run(Robot)
+    finally:
+        time.sleep(.2)
+        Driver("finally").stop()
+"""
+STOPS = {"atexit", "task", "evaluate", "program", "around", "finally"}
 
 
 class WorkerTest(ProgramTest):
@@ -32,6 +82,40 @@ class WorkerTest(ProgramTest):
                          "--name", "pendulum")
         for place in ("nobody.py:X", f"{EXAMPLE}/pendulum.py:Nobody", "x"):
             self.run_program(PYTHON, "-m", "treeroll", "task", place, status=1)
+
+    def off(self):
+        return {name for name in STOPS
+                if (self.folder / name).exists() and (self.folder / name).read_text() == "off"}
+
+    def test_a_worker_that_ends_its_program_lets_it_stop_all_its_motors(self):
+        (self.folder / "robot.py").write_text(DRIVEN)
+        (self.folder / "study.toml").write_text(study_text('name = "driven"\nrollouts = 4', 'name = "robot"'))
+        words = ["treeroll-learner", "study.toml", "--evaluator", f"{PYTHON} robot.py"]
+        self.run_program(*words, "--check")
+        self.assertEqual(self.off(), STOPS - {"evaluate"})
+        for name in STOPS:
+            (self.folder / name).unlink(missing_ok=True)
+        self.run_program(*words, "--local-workers", "1", "--lcm-url", lcm_url(4))
+        self.assertEqual(self.off(), STOPS, "its study is done, and it was idle")
+
+    def test_a_worker_that_is_stopped_in_a_trial_lets_its_program_stop_all_its_motors(self):
+        (self.folder / "robot.py").write_text(DRIVEN)
+        (self.folder / "study.toml").write_text(study_text('name = "driven"\nrollouts = 4', 'name = "robot"'))
+        os.environ["HANGS"] = "1"
+        self.addCleanup(os.environ.pop, "HANGS")
+        url = ["--lcm-url", lcm_url(5)]
+        worker = self.start("treeroll-worker", "--processes", "1", "--evaluator", f"{PYTHON} robot.py", *url)
+        learner = self.start("treeroll-learner", "study.toml", *url)
+        deadline = time.monotonic() + 60
+        while not (self.folder / "moves").exists():
+            self.assertLess(time.monotonic(), deadline, "it does not move")
+            time.sleep(.05)
+        learner.terminate()
+        for _ in range(2):
+            worker.terminate()
+            time.sleep(.5)
+        worker.communicate(timeout=60)
+        self.assertEqual(self.off(), STOPS)
 
     def test_an_environment_is_learnt(self):
         study = self.folder / "cart.toml"

@@ -72,6 +72,8 @@ def evaluate(asked):
     if mode == "exits":
         print("the arm is gone", file=sys.stderr, flush=True)
         sys.exit(3)
+    if mode == "handles_sigterm":
+        sys.exit(128 + signal.SIGTERM)
     if mode == "descriptors":
         for number in os.listdir("/proc/self/fd"):
             link = f"/proc/self/fd/{number}"

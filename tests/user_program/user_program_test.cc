@@ -120,6 +120,10 @@ TEST_F(UserProgramTest, ItsEndIsToldAsItWas) {
   EXPECT_FALSE(crashed.end.exited);
   EXPECT_EQ(crashed.end.code, SIGSEGV);
   start();
+  const ProgramEnd stopped = end_of("handles_sigterm").end;
+  EXPECT_FALSE(stopped.exited) << "it has handled the signal, and says so by its status";
+  EXPECT_EQ(stopped.code, SIGTERM);
+  start();
   const ProgramEnded silent = end_of("closes_output");
   EXPECT_TRUE(silent.end.exited) << "that it was killed is nobody else's doing";
   EXPECT_EQ(silent.end.code, 1);

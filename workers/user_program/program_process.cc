@@ -27,6 +27,8 @@ using What = ProgramProcess::Heard::What;
 
 /// How long a program that has closed its standard output may take to end by itself.
 constexpr std::chrono::milliseconds kEndGrace(500);
+/// Of a program that handles SIGTERM, as a shell, Python and Java tell it: the signal was its end.
+constexpr int kStatusOfSigterm = 128 + SIGTERM;
 /// Standard error is for people: what has no line break is cut. Only an answer must come whole.
 constexpr std::size_t kErrorPieceBytesMax = 65'536;
 
@@ -63,6 +65,12 @@ void close_one(int& descriptor) {
   const int number = errno;
   [[maybe_unused]] const ssize_t told = ::write(report, &number, sizeof number);
   _exit(127);
+}
+
+ProgramEnd end_of(int status) {
+  if (!WIFEXITED(status)) return {false, WTERMSIG(status)};
+  if (WEXITSTATUS(status) == kStatusOfSigterm) return {false, SIGTERM};
+  return {true, WEXITSTATUS(status)};
 }
 
 void set_non_blocking(int descriptor) {
@@ -241,8 +249,7 @@ void ProgramProcess::wait_for_end() {
   waitpid(pid_, &status, 0);
   // A signal of ours would be nobody's fault; this end is the program's own.
   if (is_asked_to_end_) status = W_EXITCODE(1, 0);
-  end_ = WIFEXITED(status) ? ProgramEnd{true, WEXITSTATUS(status)}
-                           : ProgramEnd{false, WTERMSIG(status)};
+  end_ = end_of(status);
 }
 
 void ProgramProcess::limit_cpu_time(double limit_s) const {

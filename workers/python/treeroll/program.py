@@ -23,15 +23,17 @@ def run(*tasks: Type[Task]) -> None:
     Whatever the task, or a library below it, prints goes to standard error, and so to the worker's
     log; it reads nothing on standard input.
 
-    A worker that ends the program in the midst of a roll-out sends SIGTERM, and SIGKILL 2 s later. Here
-    that raises SystemExit, so that ``finally:`` and ``with`` of a driver stop its motors. A handler of
-    one's own that is set before is left alone. Outside of the main thread, where Python lets nobody set one,
-    SIGTERM ends the program at once.
+    A worker ends the program by SIGTERM, when a study is done too, and sends SIGKILL 2 s later. Here SIGTERM
+    raises SystemExit, also out of this function. So ``finally:``, ``with`` and ``atexit`` of a driver stop its
+    motors, whether it was opened in a task or around ``run()``. What merely follows ``run()`` is not
+    reached. A handler of one's own that is set before is left alone. Outside of the main thread, where
+    Python lets nobody set one, SIGTERM ends the program at once.
 
     :param tasks: classes; a study chooses among them by their names
     """
     questions = os.fdopen(os.dup(0), "rb")
-    answers = os.fdopen(os.dup(1), "w", encoding="utf-8", newline="\n")
+    # Open to the last: a worker that sees it closed waits half a second for the end, no longer.
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8", newline="\n", closefd=False)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
     os.close(nothing)
@@ -40,22 +42,13 @@ def run(*tasks: Type[Task]) -> None:
     is_main = threading.current_thread() is threading.main_thread()
     if is_main and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
         signal.signal(signal.SIGTERM, _stop)
-    try:
-        converse(questions, answers, tasks)
-    except _Stopped:
-        # That it was a signal says whose fault it was: nobody's.
-        sys.stderr.flush()
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        os.kill(os.getpid(), signal.SIGTERM)
-
-
-class _Stopped(SystemExit):
-    pass
+    converse(questions, answers, tasks)
 
 
 def _stop(*_: object) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # once: what stops motors is not stopped
-    raise _Stopped(128 + signal.SIGTERM)
+    # By this status a worker knows whose fault the end was: nobody's.
+    raise SystemExit(128 + signal.SIGTERM)
 
 
 def converse(questions: IO[bytes], answers: IO[str], tasks: tuple[Type[Task], ...]) -> None:
