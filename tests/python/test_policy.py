@@ -1,5 +1,8 @@
+import copy
+import dataclasses
 import json
 import math
+import pickle
 import threading
 import unittest
 
@@ -54,6 +57,20 @@ class PolicyTest(unittest.TestCase):
         with self.assertRaisesRegex(PolicyError, "finite"):
             policy.theta = [math.inf, 2]
         self.assertEqual(policy.theta, [0.5, 1.0])
+
+    def test_a_copy_is_a_policy_of_its_own(self):
+        @dataclasses.dataclass
+        class Robot:
+            policy: Policy
+
+        policy = Policy(policy_text())
+        policy.theta = [0.5, 0.1]
+        for copied in (copy.copy(policy), copy.deepcopy([policy])[0], pickle.loads(pickle.dumps(policy)),
+                       dataclasses.asdict(Robot(policy))["policy"]):
+            self.assertEqual(copied.text, policy.text)
+            copied.theta = [0.5, 1.0]
+            del copied  # frees what is its own, and no more
+            self.assertEqual(policy(0.5), 0.1)
 
     def test_refuses_what_it_cannot_take(self):
         for text in ("", "{}", "[]", "nonsense", b"\xff", "a\0b", policy_text()[:-5]):

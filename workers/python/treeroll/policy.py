@@ -63,7 +63,8 @@ def _lib() -> Any:
 
 
 class Policy:
-    """What a task drives its plant with. Not to be shared between threads.
+    """What a task drives its plant with. Not to be shared between threads. A copy (``copy``, ``pickle``)
+    is a policy of its own, which knows of no roll-out before :meth:`start`.
 
     :param text: a policy as JSON: the contents of a policy file, or what :class:`BestPolicy` holds;
         a ``dict`` is taken for the parsed JSON.
@@ -90,8 +91,12 @@ class Policy:
         """The policy of a policy file, such as ``policies/tree-0.json`` of a study."""
         return cls(Path(path).read_bytes())
 
+    def __reduce__(self):
+        # Each has a handle of its own: what is freed twice crashes the process.
+        return type(self), (self.text,)
+
     def __del__(self):
-        if self._handle:
+        if self._handle and _library:  # none at the interpreter's end
             _library.treeroll_policy_free(self._handle)
 
     @property
