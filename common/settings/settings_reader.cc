@@ -57,11 +57,6 @@ bool SettingsReader::has(std::string_view key) const {
   return table_->find(std::string(key)) != table_->end();
 }
 
-bool SettingsReader::is_list(std::string_view key) const {
-  const auto found = table_->find(std::string(key));
-  return found != table_->end() && found->is_array();
-}
-
 const json* SettingsReader::value_of(std::string_view key, bool has_fallback, const KeyHelp& help,
                                      const std::function<KeyNote()>& note) {
   const json* value = find(key);

@@ -80,8 +80,6 @@ class SettingsReader {
   SettingsReader table(std::string_view key);
 
   bool has(std::string_view key) const;
-  /// Whether the key holds a list, where it may hold a number as well.
-  bool is_list(std::string_view key) const;
   /// Throws on the first key that was not asked for.
   void finish() const;
   /// For a rule of the caller's own about `key`: never returns.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -125,12 +124,17 @@ class Reader {
                      "is required: the start policy does nothing, so nothing tells how large the "
                      "outputs of a good policy are. Give their size, or noise_variance");
     }
-    read_output_scale(effect, is_from_nothing);
+    settings_.output_scale = source_.number(
+        "output_scale", kFactor,
+        is_from_nothing ? std::nullopt : std::optional(output_size(effect)),
+        {.meaning = "How large the outputs of a good policy are. For a start that does nothing it "
+                    "is required, but by rule \"auto\" without initial_step",
+         .unit = "the output's unit",
+         .otherwise = "the size of the start policy's output"});
     settings_.initial_step = source_.number(
         "initial_step", kFactor,
         (is_from_nothing ? kStepFromNothing : .005) * settings_.output_scale,
-        {.meaning = "Deviation of the output in the first steps; of several outputs the root of "
-                    "the sum of their squares, to which each adds in proportion to its size",
+        {.meaning = "Deviation of the output in the first steps",
          .unit = "the output's unit",
          .otherwise = ".005 of output_scale; .1 of it for a start that does nothing"});
     settings_.bold_step = (is_from_nothing ? .3 : .08) * settings_.output_scale;
@@ -166,35 +170,6 @@ class Reader {
   }
 
  private:
-  /// Each of several outputs has a size of its own: a position in metres and a force in newtons are
-  /// not to be moved alike.
-  void read_output_scale(const PolicyEffect& effect, bool is_from_nothing) {
-    constexpr const char* kKey = "output_scale";
-    constexpr KeyHelp kHelp = {
-        .meaning =
-            "How large the outputs of a good policy are: their rms. Of several outputs a "
-            "list with the size of each, or one number, the root of the sum of the squares "
-            "of all, of which each has the share that it has in the start policy. For a "
-            "start that does nothing it is required, but by rule \"auto\" without "
-            "initial_step",
-        .unit = "the output's unit",
-        .otherwise = "the size of each of the start policy's outputs"};
-    const std::size_t num_outputs = static_cast<std::size_t>(effect.outputs.cols());
-    std::vector<double> sizes =
-        is_from_nothing ? std::vector<double>(num_outputs, 1) : output_sizes(effect);
-    if (num_outputs == 1 || (source_.has(kKey) && !source_.is_list(kKey))) {
-      settings_.output_scale = source_.number(
-          kKey, kFactor, is_from_nothing ? std::nullopt : std::optional(output_size(effect)),
-          kHelp);
-    } else {
-      sizes = source_.numbers(kKey, kFactor, num_outputs, num_outputs, sizes, kHelp);
-      double squares = 0;
-      for (const double size : sizes) squares += size * size;
-      settings_.output_scale = std::sqrt(squares);
-    }
-    settings_.output_shares = shares_of(sizes);
-  }
-
   bool is_scale_tried() {
     constexpr const char* kKey = "output_scale";
     constexpr const char* kTried = "auto";

@@ -33,10 +33,8 @@ struct ExplorationSettings {
   /// `metric`; without one, in Policy::steps_of_equal_effect().
   std::optional<double> initial_step;
   std::optional<Metric> metric;
-  double output_scale = 0;  ///< size of the output, above 0 with `metric`; of several their norm
-  /// By which several outputs are divided in the metric (shares_of()); empty: by nothing.
-  std::vector<double> output_shares;
-  double bold_step = 0;  ///< as initial_step: for a start that is far from good
+  double output_scale = 0;  ///< size of the output, above 0 with `metric`
+  double bold_step = 0;     ///< as initial_step: for a start that is far from good
   /// Nobody has told the size of the output, and the start does nothing: the rule tries some.
   bool tries_scale = false;
   bool reuse = true;    ///< the next layer begins with the experience of the one left
@@ -52,7 +50,7 @@ enum class StartWork { kBounded, kAny };
 /// Reads the [exploration] table of a study for a given start policy (number of layers and of noise
 /// variances). `num_rollouts` and `in_flight` are the study's and stay untouched.
 /// Where there is no `noise_variance`, the noise follows from what theta does to the output, and
-/// from the size of each output: that of the start policy, or `output_scale`, required for a start
+/// from the size of the output: that of the start policy, or `output_scale`, required for a start
 /// that does nothing, but by a rule that tries some. `last_layer` is the policy's last by default,
 /// the rest as in ExplorationSettings. A study that names no rule has "auto"; with noise_variance
 /// it has "power", as when there was no other way. Throws ConfigError. Does not call finish(): the

@@ -27,9 +27,8 @@ constexpr double kTriedBolder = 3;
 constexpr double kTriedScales[] = {1, .2, 5, .02, 50};
 
 /// Of a policy whose size nobody has told: what it does tells it, or several are tried.
-void try_scales(const ExplorationSettings& settings, PolicyEffect effect, LayerStart& start) {
-  const bool has_size = does_something(effect);
-  if (has_size) effect = in_shares(std::move(effect), shares_of(output_sizes(effect)));
+void try_scales(const ExplorationSettings& settings, const PolicyEffect& effect,
+                LayerStart& start) {
   // A scale counts for what is no output alone.
   const bool is_all_output = (effect.least.array() == 0).all();
   const Eigen::MatrixXd of_outputs =
@@ -39,7 +38,7 @@ void try_scales(const ExplorationSettings& settings, PolicyEffect effect, LayerS
     if (is_all_output) return step * step * of_outputs;
     return step * step * step_covariance(effect, *settings.metric, scale);
   };
-  if (has_size) {
+  if (does_something(effect)) {
     start.distribution.noise = noise(output_size(effect));
   } else {
     for (const double scale : kTriedScales) start.of_scales.push_back(noise(scale));
@@ -59,8 +58,8 @@ LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy
     return start;
   }
   if (settings.metric) {
-    const Eigen::MatrixXd unit = step_covariance(in_shares(policy.effect(), settings.output_shares),
-                                                 *settings.metric, settings.output_scale);
+    const Eigen::MatrixXd unit =
+        step_covariance(policy.effect(), *settings.metric, settings.output_scale);
     start.distribution.noise = *settings.initial_step * *settings.initial_step * unit;
     start.noise_variance = start.distribution.noise.diagonal();
     start.bolder = settings.bold_step / *settings.initial_step;

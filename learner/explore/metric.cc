@@ -3,8 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <iterator>
 
 #include "common/base/check.h"
 #include "common/numbers/mirrored.h"
@@ -16,40 +14,6 @@ constexpr double kLeastShare = .1;
 constexpr double kLeastDirection = 1e-3;  // of the mean square
 /// Outputs of a start that does something are larger: the least factor that a setting may have.
 constexpr double kNothing = 1e-12;
-/// Of the largest output: what is smaller is what rounding leaves of 0.
-constexpr double kRounding = 1e-12;
-
-/// The output that an element of theta moves most: the element is in its unit.
-Eigen::Index output_moved(const PolicyEffect& effect, Eigen::Index element) {
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(effect.outputs.cols());
-  for (Eigen::Index row = 0; row < effect.derivative.rows(); ++row) {
-    const double derivative = effect.derivative(row, element);
-    squares[row % squares.size()] += derivative * derivative;
-  }
-  Eigen::Index output = 0;
-  squares.maxCoeff(&output);
-  return output;
-}
-
-/// For each element in an output's unit, the largest of those that are in the same unit. For one
-/// that moves nothing, whose unit nobody knows, the largest of all.
-/// @param squares  of the elements, mean over inputs
-Eigen::VectorXd strongest_alike(const PolicyEffect& effect, const Eigen::VectorXd& squares) {
-  std::vector<Eigen::Index> outputs;
-  Eigen::VectorXd of_output = Eigen::VectorXd::Zero(effect.outputs.cols());
-  for (Eigen::Index i = 0; i < squares.size(); ++i) {
-    outputs.push_back(output_moved(effect, i));
-    if (effect.least[i] != 0) continue;
-    double& largest = of_output[outputs.back()];
-    largest = std::max(largest, squares[i]);
-  }
-  Eigen::VectorXd strongest(squares.size());
-  for (Eigen::Index i = 0; i < squares.size(); ++i) {
-    strongest[i] =
-        squares[i] > 0 ? of_output[outputs[static_cast<std::size_t>(i)]] : of_output.maxCoeff();
-  }
-  return strongest;
-}
 
 }  // namespace
 
@@ -57,46 +21,7 @@ double output_size(const PolicyEffect& effect) {
   return std::sqrt(effect.outputs.rowwise().squaredNorm().mean());
 }
 
-std::vector<double> output_sizes(const PolicyEffect& effect) {
-  const Eigen::VectorXd rms = effect.outputs.colwise().squaredNorm().transpose().array().sqrt() /
-                              std::sqrt(static_cast<double>(effect.outputs.rows()));
-  const double least = std::max(kNothing, kRounding * rms.maxCoeff());
-  double smallest = rms.maxCoeff();
-  for (const double size : rms) {
-    if (size > least) smallest = std::min(smallest, size);
-  }
-  std::vector<double> sizes;
-  for (const double size : rms) sizes.push_back(size > least ? size : smallest);
-  return sizes;
-}
-
-bool does_something(const PolicyEffect& effect) {
-  return std::sqrt(effect.outputs.colwise().squaredNorm().maxCoeff() /
-                   static_cast<double>(effect.outputs.rows())) > kNothing;
-}
-
-std::vector<double> shares_of(const std::vector<double>& sizes) {
-  if (sizes.size() == 1) return {};
-  double squares = 0;
-  for (const double size : sizes) squares += size * size;
-  const double mean = std::sqrt(squares / static_cast<double>(sizes.size()));
-  std::vector<double> shares;
-  for (const double size : sizes) shares.push_back(size / mean);
-  return shares;
-}
-
-PolicyEffect in_shares(PolicyEffect effect, const std::vector<double>& shares) {
-  if (shares.empty()) return effect;
-  const Eigen::Index num_outputs = effect.outputs.cols();
-  CHECK(std::ssize(shares) == num_outputs, "a share for each output");
-  for (Eigen::Index row = 0; row < effect.derivative.rows(); ++row) {
-    effect.derivative.row(row) /= shares[static_cast<std::size_t>(row % num_outputs)];
-  }
-  for (Eigen::Index o = 0; o < num_outputs; ++o) {
-    effect.outputs.col(o) /= shares[static_cast<std::size_t>(o)];
-  }
-  return effect;
-}
+bool does_something(const PolicyEffect& effect) { return output_size(effect) > kNothing; }
 
 Eigen::MatrixXd step_covariance(const PolicyEffect& effect, Metric metric, double scale) {
   const Eigen::Index n = effect.derivative.cols();
@@ -107,10 +32,13 @@ Eigen::MatrixXd step_covariance(const PolicyEffect& effect, Metric metric, doubl
     add_square(effect.derivative.row(row).transpose(), squares);
   }
   squares = mirrored(squares / num_inputs);
-  const Eigen::VectorXd strongest = strongest_alike(effect, squares.diagonal());
+  double largest = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (effect.least[i] == 0) largest = std::max(largest, squares(i, i));
+  }
   for (Eigen::Index i = 0; i < n; ++i) {
     if (effect.least[i] == 0) {
-      squares(i, i) = std::max(squares(i, i), kLeastShare * kLeastShare * strongest[i]);
+      squares(i, i) = std::max(squares(i, i), kLeastShare * kLeastShare * largest);
     } else {
       squares(i, i) += effect.least[i] * effect.least[i] * scale * scale;
     }

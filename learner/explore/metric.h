@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
 
 #include "common/policy/policy.h"
 
@@ -17,26 +16,14 @@ enum class Metric {
 /// from nothing.
 double output_size(const PolicyEffect& effect);
 
-/// The rms of each output where the policy acts. One that does nothing has no size of its own: it
-/// counts as the smallest of the others.
-std::vector<double> output_sizes(const PolicyEffect& effect);
-
 /// Whether a policy gives any outputs to speak of.
 bool does_something(const PolicyEffect& effect);
 
-/// Sizes as shares of their root mean square. Empty of one output, which is never divided.
-std::vector<double> shares_of(const std::vector<double>& sizes);
-
-/// The effect on outputs that are divided by their shares: metres and newtons then count alike, and
-/// the size of all together stays.
-/// @param shares  one for each output; empty: nothing is divided
-PolicyEffect in_shares(PolicyEffect effect, const std::vector<double>& shares);
-
 /// Covariance of steps of theta that move the output by 1 (rms over inputs, norm over outputs): in
 /// each direction, or in each element. H = J^T J / N. Steps are bounded, never divided by what
-/// moves nothing: an element in an output's unit counts as a tenth of the strongest in that unit at
-/// least, a mean input as moving outputs of `scale` within half its deviation beside what it does
-/// move; and no direction counts for less than a thousandth of the strongest.
+/// moves nothing: an element in the output's unit counts as a tenth of the strongest at least, a
+/// mean input as moving outputs of `scale` within half its deviation beside what it does move; and
+/// no direction counts for less than a thousandth of the strongest.
 /// @param scale  of the output, above 0
 /// @return       n x n, symmetric positive definite
 Eigen::MatrixXd step_covariance(const PolicyEffect& effect, Metric metric, double scale);

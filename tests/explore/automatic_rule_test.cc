@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -10,7 +9,6 @@
 #include "common/numbers/elementary.h"
 #include "common/policy/linear/linear_policy.h"
 #include "common/policy/linear/spline_form.h"
-#include "common/policy/tree/tree_policy.h"
 #include "common/settings/settings_reader.h"
 #include "learner/explore/cma_es_rule.h"
 #include "learner/explore/exploration.h"
@@ -185,101 +183,6 @@ TEST(AutomaticRuleTest, OtherRulesNeedAScaleForAStartFromNothing) {
   EXPECT_THROW(
       read_automatic_settings({{"noise_variance", {1.}}, {"metric", "full"}}, constant_spline(10)),
       ConfigError);
-}
-
-/// Two outputs: the second in a unit in which its numbers are `factor` times as large.
-LinearPolicy two_outputs(double factor, double of_both = 1) {
-  Eigen::MatrixXd coefficients(2, 8);
-  for (Eigen::Index i = 0; i < 8; ++i) {
-    coefficients(0, i) = of_both * static_cast<double>(i % 3) - 1;
-    coefficients(1, i) = factor * (static_cast<double>(i % 5) - 2);
-  }
-  return {std::make_shared<SplineForm>(std::make_shared<SplineLadder>(BSpline(3, 8, 0, 2.2), 1),
-                                       nullptr),
-          coefficients, 1};
-}
-
-TreePolicy two_outputs_of_a_tree(double factor) {
-  std::vector<Component> components;
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d unit(1, 1, factor);
-    Eigen::Matrix3d covariance;
-    covariance << .2, .1 * k, .05, .1 * k, .5, .02, .05, .02, .6;
-    components.push_back({1. / 3, unit.cwiseProduct(Eigen::Vector3d(k, 1 - k, 2 - .5 * k * k)),
-                          unit.asDiagonal() * covariance * unit.asDiagonal()});
-  }
-  return {TreeModel::from_global(FrameKind::kCholesky, {Gmm(1, components)}, {{}}), 1,
-          ThetaLayout::kMeansCholesky};
-}
-
-Eigen::MatrixXd first_noise(const json& table, const Policy& policy) {
-  return first_start(read_automatic_settings(table, policy), policy).distribution.noise;
-}
-
-/// By how much a draw of the noise moves an output, rms.
-double moved(const PolicyEffect& effect, const Eigen::MatrixXd& noise, Eigen::Index output) {
-  double sum = 0;
-  for (Eigen::Index n = 0; n < effect.outputs.rows(); ++n) {
-    const auto derivative = effect.derivative.row(n * effect.outputs.cols() + output);
-    sum += derivative * noise * derivative.transpose();
-  }
-  return std::sqrt(sum / static_cast<double>(effect.outputs.rows()));
-}
-
-/// Metres beside newtons: what one of them is measured in changes no step of the other.
-TEST(AutomaticRuleTest, EachOutputStepsInProportionToItsOwnSize) {
-  constexpr double kFactor = 300;
-  const auto expect_alike = [&](const Policy& one, const Policy& in_other_unit) {
-    for (const char* metric : {"full", "diagonal"}) {
-      const json table{{"metric", metric}};
-      const Eigen::MatrixXd noise = first_noise(table, one);
-      const Eigen::MatrixXd other = first_noise(table, in_other_unit);
-      for (const int output : {0, 1}) {
-        const double factor = output == 0 ? 1 : kFactor;
-        EXPECT_NEAR(moved(in_other_unit.effect(), other, output) / factor /
-                        moved(one.effect(), noise, output),
-                    1, 1e-6)
-            << one.kind() << " " << metric << " " << output;
-      }
-    }
-  };
-  expect_alike(two_outputs(1), two_outputs(kFactor));
-  expect_alike(two_outputs_of_a_tree(1), two_outputs_of_a_tree(kFactor));
-}
-
-TEST(AutomaticRuleTest, TheSizesOfSeveralOutputsAreAListOrOneNumberForAll) {
-  json resolved;
-  const LinearPolicy policy = two_outputs(300);
-  const ExplorationSettings settings = read_automatic_settings(json::object(), policy, &resolved);
-  ASSERT_EQ(resolved["output_scale"].size(), 2U);
-  EXPECT_EQ(read_automatic_settings(resolved, policy), settings);
-  const double small = resolved["output_scale"][0], large = resolved["output_scale"][1];
-  EXPECT_GT(large, 300 * small);
-  EXPECT_NEAR(*settings.initial_step, .005 * std::hypot(small, large), 1e-9);
-  // One number: the size of all together, shared as in the start.
-  const Eigen::MatrixXd noise = first_noise(json::object(), policy);
-  EXPECT_TRUE(first_noise({{"output_scale", 2 * std::hypot(small, large)}}, policy)
-                  .isApprox(4 * noise, 1e-9));
-  // A list says so of each.
-  const Eigen::MatrixXd listed = first_noise({{"output_scale", {2 * small, large}}}, policy);
-  EXPECT_TRUE(listed.topLeftCorner(8, 8).isApprox(4 * noise.topLeftCorner(8, 8), 1e-9));
-  EXPECT_TRUE(listed.bottomRightCorner(8, 8).isApprox(noise.bottomRightCorner(8, 8), 1e-9));
-  // From nothing as well.
-  const LinearPolicy nothing = two_outputs(0, 0);
-  const Eigen::MatrixXd from_nothing = first_noise({{"output_scale", {1, 300}}}, nothing);
-  EXPECT_NEAR(moved(nothing.effect(), from_nothing, 1) / moved(nothing.effect(), from_nothing, 0),
-              300, 1e-6);
-  for (const json& bad : {json{1}, json{1, 2, 3}, json{1, 0}}) {
-    EXPECT_THROW(read_automatic_settings({{"output_scale", bad}}, policy), ConfigError) << bad;
-  }
-}
-
-/// It has no size: nothing is divided by 0, and it is tried no further than the smallest other.
-TEST(AutomaticRuleTest, AnOutputThatDoesNothingCountsAsTheSmallestOther) {
-  PolicyEffect effect = two_outputs(300).effect();
-  const std::vector<double> sizes = output_sizes(effect);
-  effect.outputs.col(1).setZero();
-  EXPECT_EQ(output_sizes(effect), (std::vector<double>{sizes[0], sizes[0]}));
 }
 
 /// Layers of 43 and 83 coefficients for each of 12 outputs: the finer one is too large.
