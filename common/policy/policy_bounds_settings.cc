@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "common/policy/policy_bounds.h"
 #include "common/settings/settings_reader.h"
@@ -106,15 +107,18 @@ PolicyBounds read_policy_bounds(SettingsReader table, const PolicyPtr& policy) {
   check_order(table, "output_start", bounds.output_start, bounds.output_max,
               "must not be above output_max");
   // Of a start that is refused nothing could be learnt.
-  PolicyBounds strict = bounds;
-  strict.refuses = true;
-  for (int layer = 1; layer <= policy->num_layers(); ++layer) {
-    try {
-      static_cast<void>(bounded(policy->at_layer(layer), strict)->controller());
-    } catch (const std::invalid_argument& error) {
-      table.refuse("theta_min",
-                   fmt::format("the start policy is beyond theta_min and theta_max in layer {}: {}",
-                               layer, error.what()));
+  // One bound at a time, so that the key that is refused is the one to change.
+  for (const char* key : {"theta_min", "theta_max"}) {
+    PolicyBounds strict = bounds;
+    strict.refuses = true;
+    (std::string_view(key) == "theta_min" ? strict.theta_max : strict.theta_min).clear();
+    for (int layer = 1; layer <= policy->num_layers(); ++layer) {
+      try {
+        static_cast<void>(bounded(policy->at_layer(layer), strict)->controller());
+      } catch (const std::invalid_argument& error) {
+        table.refuse(
+            key, fmt::format("the start policy is beyond it in layer {}: {}", layer, error.what()));
+      }
     }
   }
   return bounds;

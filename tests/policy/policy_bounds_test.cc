@@ -258,8 +258,12 @@ TEST(PolicyBoundsTest, SettingsThatCannotBeAreRefused) {
                   "sample_time_s": 1, "output_start": [3]})"),
               HasSubstr("output_start = [3]: must not be above output_max"));
   EXPECT_THAT(refusal(R"({"outside": "clip", "theta_max": [7]})"),
-              AllOf(HasSubstr("the start policy is beyond"), HasSubstr("in layer 1: element 2"),
-                    HasSubstr("of theta is 8")));
+              AllOf(HasSubstr("policy.bounds.theta_max = [7]: the start policy is beyond"),
+                    HasSubstr("in layer 1: element 2"), HasSubstr("of theta is 8")));
+  EXPECT_THAT(refusal(R"({"outside": "clip", "theta_min": [-100], "theta_max": [7]})"),
+              HasSubstr("policy.bounds.theta_max = [7]: the start policy is beyond"));
+  EXPECT_THAT(refusal(R"({"outside": "clip", "theta_min": [50]})"),
+              HasSubstr("policy.bounds.theta_min = [50]: the start policy is beyond"));
 }
 
 }  // namespace
