@@ -40,8 +40,7 @@ void LearnerCore::note_failure(const Turn& turn, const Run& run, const AcceptedR
   const std::string_view status = name(outcome.status());
   std::string words = fmt::format("{}, {}: {}", named(run, study_), named_rollout(number), status);
   if (!outcome.reason().empty()) words += ": " + outcome.reason();
-  const bool is_given_up =
-      outcome.is_discarded() && run.num_discards(number) >= study_.discards_max;
+  const bool is_given_up = run.would_give_up(number, outcome);
   if (is_given_up) {
     words += fmt::format("; more than {} of its trials are void{}", study_.discards_max,
                          number < 0 ? "" : ", which ends the run");

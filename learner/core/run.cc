@@ -32,6 +32,10 @@ std::string policy_text(const Policy& policy, const Eigen::VectorXd& theta,
 
 }  // namespace
 
+bool is_unattended(const Outcome& outcome) {
+  return outcome.is_discarded() && outcome.reason().starts_with("nobody answered");
+}
+
 std::int64_t task_seed(const Study& study, int repetition, int number, int trial) {
   RandomStream stream(study.seed, static_cast<std::uint32_t>(repetition),
                       static_cast<std::uint32_t>(number), RandomPurpose::kTaskSeed);
@@ -103,12 +107,13 @@ int Run::accept_to_switch(int number, const Outcome& outcome, int numeric_class,
   CHECK(is_evaluation ? start_wanted_ && !evaluations_.contains(number)
                       : exploration_.find(number) && !held_.contains(number),
         "a result nobody asked for");
-  if (outcome.is_discarded()) {
-    if (++discards_[number] <= study_->discards_max) {
-      ++num_discarded_;
-      wanted_again_.push_back(number);
-      return 0;
-    }
+  if (outcome.is_discarded() && !would_give_up(number, outcome)) {
+    Discards& discards = discards_[number];
+    ++discards.num_trials;
+    if (is_unattended(outcome)) ++discards.num_unattended;
+    ++num_discarded_;
+    wanted_again_.push_back(number);
+    return 0;
   }
   discards_.erase(number);
   const Answer answer{outcome, numeric_class};
@@ -173,7 +178,14 @@ std::optional<Answer> Run::answer_of(int number) const {
 
 int Run::num_discards(int number) const {
   const auto found = discards_.find(number);
-  return found == discards_.end() ? 0 : found->second;
+  return found == discards_.end() ? 0 : found->second.num_trials;
+}
+
+bool Run::would_give_up(int number, const Outcome& outcome) const {
+  if (!outcome.is_discarded() || is_unattended(outcome)) return false;
+  const auto found = discards_.find(number);
+  const Discards before = found == discards_.end() ? Discards() : found->second;
+  return before.num_trials - before.num_unattended >= study_->discards_max;
 }
 
 bool Run::done() const {

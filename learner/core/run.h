@@ -24,6 +24,11 @@ std::int64_t task_seed(const Study& study, int repetition, int number, int trial
 /// the study's seed alone. Conditions share it.
 bool is_rechecked(const Study& study, int repetition, int number);
 
+/// Whether a trial is void since the person who was to begin or to judge it was away, which its
+/// reason begins with: "nobody answered". That may be for a night: it counts against no
+/// study.discards_max.
+bool is_unattended(const Outcome& outcome);
+
 /// One run of a study: its search, the order in which results reach it, and its record.
 /// Roll-outs 0 .. N-1 are the budget. Outside of it the start policy is evaluated once, and the
 /// final mean policy study.final_evaluations times, once the budget is spent.
@@ -69,6 +74,8 @@ class Run {
   std::optional<Answer> answer_of(int number) const;
   /// Discarded trials of a roll-out that has no result yet.
   int num_discards(int number) const;
+  /// Whether such an outcome of it would be a discard too many.
+  bool would_give_up(int number, const Outcome& outcome) const;
 
   bool done() const;
   int index() const { return index_; }
@@ -103,7 +110,11 @@ class Run {
   bool start_wanted_ = false;
   bool finals_wanted_ = false;
   std::map<int, Answer> evaluations_;  // answered, by number
-  std::map<int, int> discards_;        // by number, of what has no result
+  struct Discards {
+    int num_trials = 0;
+    int num_unattended = 0;
+  };
+  std::map<int, Discards> discards_;  // by number, of what has no result
   std::vector<int> wanted_again_;
   std::map<int, Answer> held_;  // answered before a lower number was, or while a switch is due
   std::deque<int> arrived_;     // of these, where results count as they arrive

@@ -39,7 +39,8 @@ struct Study {
   int final_evaluations = 1;  ///< of each run's final mean policy, each with a seed of its own
   /// Share of roll-outs that are run again on another worker, to compare the answers.
   double recheck = 0;
-  /// Trials of one roll-out that its task may discard; one more ends the run.
+  /// Trials of one roll-out that its task may discard; one more ends the run. What is_unattended()
+  /// (run.h) is none of them.
   int discards_max = 10;
   std::vector<Condition> conditions;
 

@@ -50,7 +50,8 @@ std::size_t num_in_sequence(const Study& study, const std::vector<Told>& results
   std::map<int, int> num_discards;
   for (const Told& result : results) {
     const bool is_tried_again =
-        result.outcome.is_discarded() && ++num_discards[result.number] <= study.discards_max;
+        result.outcome.is_discarded() && (learner::is_unattended(result.outcome) ||
+                                          ++num_discards[result.number] <= study.discards_max);
     if (!is_tried_again) numbers.insert(result.number);
   }
   int next = 0;

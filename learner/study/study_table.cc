@@ -82,7 +82,7 @@ StudyBudget read_study_table(SettingsReader& reader, Study& study) {
   study.discards_max = static_cast<int>(
       reader.integer("discards_max", 0, kDiscardsMax, Study{}.discards_max,
                      {.meaning = "Trials of one roll-out that its task may discard; one more ends "
-                                 "the run"}));
+                                 "the run. One that nobody answered does not count"}));
   study.recheck =
       reader
           .optional_number("recheck", {.min = kRecheckMin, .max = 1},

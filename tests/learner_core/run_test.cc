@@ -155,6 +155,28 @@ TEST(RunTest, OneDiscardTooManyEndsTheRunAfterWhatIsUnderWay) {
   EXPECT_TRUE(record.final_reward.has_value());
 }
 
+/// An operator who goes home for a weekend finds the study where it was.
+TEST(RunTest, NobodysAnswerEndsNoRun) {
+  Study study = small_study(30, 1, 3);
+  for (const int discards_max : {0, 2}) {
+    study.discards_max = discards_max;
+    learner::Run run(study, 0);
+    std::map<int, int> num_trials;
+    const RunRecord record = finish(run, [&](const learner::Run& self, const explore::Draw& draw) {
+      const int trial = num_trials[draw.rollout]++;
+      EXPECT_EQ(self.num_discards(draw.rollout), trial) << "each trial has a seed of its own";
+      const bool is_away = draw.rollout == 10 || draw.rollout == learner::Run::kFinal;
+      if (is_away && trial < 60) return Outcome::discarded("nobody answered: the terminal is gone");
+      if (is_away && trial < 60 + discards_max) return Outcome::discarded("operator");
+      return Outcome::ok(reward_of(draw.theta));
+    });
+    EXPECT_EQ(record.rollouts.size(), 30U);
+    EXPECT_EQ(record.num_discarded, 2 * (60 + discards_max));
+    EXPECT_TRUE(record.rollouts[10].status == RolloutStatus::kOk);
+    EXPECT_TRUE(record.final_reward.has_value());
+  }
+}
+
 TEST(RunTest, AnEvaluationThatIsAlwaysDiscardedHasNoReward) {
   Study study = small_study(5, 1);
   study.discards_max = 0;
