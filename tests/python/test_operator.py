@@ -40,6 +40,9 @@ class OperatorTest(ProgramTest):
     def setUp(self):
         super().setUp()
         (self.folder / "reach.py").write_text(TASK)
+        self.open_terminal()
+
+    def open_terminal(self):
         self.master, self.slave = pty.openpty()
         self.addCleanup(os.close, self.master)
         self.shown = ""
@@ -174,6 +177,14 @@ class OperatorTest(ProgramTest):
             raise OSError("the driver is gone")
         if seed == 15:
             return float("nan")
+        if seed == 17:
+            return 1.02
+        if seed == 18:
+            self.terms["miss_m"] = "far"
+            return .5
+        if seed == 19:
+            self.terms["x" * 65] = 1
+            return .5
         if seed == 13:""")
         (self.folder / "reach.py").write_text(source)
         process = self.program()
@@ -181,6 +192,9 @@ class OperatorTest(ProgramTest):
         bounds = {"outside": "refuse", "output_min": [], "output_max": [0.0], "output_rate_max": [],
                   "theta_min": [], "theta_max": [], "sample_time_s": 0, "output_start": []}
         for seed, of_policy, words in ((14, None, "the driver is gone"), (15, None, "the reward is nan"),
+                                       (17, None, "the reward 1.02 is outside its range 0.0 .. 1.0"),
+                                       (18, None, "could not convert string to float: 'far'"),
+                                       (19, None, "terms must be at most 64, with names of 1 to 64 bytes"),
                                        (16, bounds, "output 1 is 0.5, must be at most 0")):
             for answer, key in (("r", "discarded"), ("a", "failed")):
                 self.evaluate(process, seed, of_policy)
@@ -191,14 +205,55 @@ class OperatorTest(ProgramTest):
                 self.type(answer + "\n")
                 self.assertIn(key, json.loads(process.stdout.readline()))
 
+    def test_terms_of_any_kind_of_number_are_shown(self):
+        source = TASK.replace('        if seed == 13:', """        if seed == 14:
+            self.terms["hit_m"] = Length()
+        if seed == 13:""").replace("import treeroll\n", """import treeroll
+
+class Length:  # as numpy.array([.1]): a float, and of no format
+    def __float__(self):
+        return .1
+""", 1)
+        (self.folder / "reach.py").write_text(source)
+        process = self.program()
+        self.described(process)
+        self.evaluate(process, 14)
+        self.until("p pauses > ")
+        self.type("\n")
+        self.until("reward 0.8, hit_m 0.1, miss_m -0.5. a accepts")
+        self.until("> ")
+        self.type("a\n")
+        self.assertEqual(json.loads(process.stdout.readline())["terms"], {"hit_m": 0.1, "miss_m": -0.5})
+
     def test_a_trial_that_nobody_begins_is_void(self):
         (self.folder / "reach.py").write_text(TASK.replace("(Reach)", "(Reach, patience_s=.2)"))
         process = self.program()
         self.described(process)
         self.evaluate(process, 5)
         self.assertEqual(json.loads(process.stdout.readline()),
-                         {"discarded": "the operator did not answer"})
+                         {"discarded": "nobody answered"})
         self.assertEqual(self.moved(), [])
+
+    def test_an_operator_who_is_away_ends_no_run_and_may_change_the_patience(self):
+        (self.folder / "reach.py").write_text(TASK.replace("(Reach)", "(Reach, patience_s=.2)"))
+        learner = self.learner_at_a_terminal(subprocess.PIPE, "study.toml", "--set", "study.discards_max=2")
+        for _ in range(5):
+            self.until("the start policy, seed ")
+        learner.terminate()
+        learner.communicate(timeout=60)
+        self.assertEqual(learner.returncode, 3)
+        self.open_terminal()  # the end of who had it has hung it up
+        (self.folder / "reach.py").write_text(TASK)
+        learner = self.learner_at_a_terminal(subprocess.PIPE, "--resume", "treeroll-runs/operated")
+        for _ in range(6):
+            self.until("Enter begins, r rejects, p pauses > ")
+            self.type("\n")
+            self.until("a accepts, r tries again, p pauses > ")
+            self.type("a\n")
+        _, errors = learner.communicate(timeout=60)
+        self.assertEqual(learner.returncode, 0, errors)
+        rows = self.rows(self.folder / "treeroll-runs/operated/rollouts.csv")
+        self.assertEqual([row["status"] for row in rows], ["ok"] * 4)
 
     def test_its_own_terminal_is_known_however_often_it_is_described(self):
         process = self.piped(["sh", "-c", f"{PYTHON} reach.py; true"], preexec_fn=self.take_terminal)
@@ -228,11 +283,11 @@ class OperatorTest(ProgramTest):
         self.assertIn("start    not tried", said.stdout)
         self.assertEqual(self.moved(), [])
 
-    def learner_at_a_terminal(self, errors):
+    def learner_at_a_terminal(self, errors, *study):
         """The worker is a background job there, which a terminal would stop."""
         (self.folder / "study.toml").write_text(STUDY)
         learner = subprocess.Popen(
-            ["treeroll-learner", "study.toml", "--local-workers", "2", "--lcm-url", lcm_url(3),
+            ["treeroll-learner", *(study or ["study.toml"]), "--local-workers", "2", "--lcm-url", lcm_url(3),
              "--evaluator", f"{PYTHON} reach.py"], cwd=self.folder, text=True, preexec_fn=self.take_terminal,
             env={**os.environ, "TERM": "xterm"}, stdin=self.slave, stdout=subprocess.PIPE, stderr=errors)
 

@@ -21,9 +21,15 @@ from .task import Description, Discarded, Failed, Task
 
 TERMINAL_VARIABLE = "TREEROLL_OPERATOR_TERMINAL"
 _TIME_LIMIT_MOST_S = 86400.0
+_PATIENCE_S = 3600.0
+# A learner asks again, without a limit, what is void for this reason: EVALUATOR.md, rule 13.
+_NOBODY_ANSWERED = "nobody answered"
+# What a worker takes of terms: EVALUATOR.md.
+_TERMS_MAX = 64
+_TERM_NAME_BYTES_MAX = 64
 
 
-def with_operator(task: Type[Task], patience_s: float = 3600.0) -> Type[Task]:
+def with_operator(task: Type[Task], patience_s: float = _PATIENCE_S) -> Type[Task]:
     """The task with an operator at the terminal that the worker was started in::
 
         treeroll.run(treeroll.with_operator(Reach))
@@ -33,14 +39,16 @@ def with_operator(task: Type[Task], patience_s: float = 3600.0) -> Type[Task]:
     - ``Enter`` begins; ``a`` accepts what came of it, a failure too;
     - ``r`` rejects it: it is void and costs no budget, and the same policy is tried again, at most
       ``study.discards_max`` times;
-    - ``p`` pauses until the next ``Enter``. Whoever says nothing pauses as well.
+    - ``p`` pauses until the next ``Enter``. Whoever says nothing pauses as well. A trial that nobody has begun
+      is asked for again, for days if need be.
 
     Several evaluators of one terminal take turns. Without the terminal nothing moves. Another one
     than the worker's is named by the environment: ``TREEROLL_OPERATOR_TERMINAL=/dev/pts/3``.
 
     :param patience_s: how long a trial may wait to begin, and how long to be accepted; at most a day
-        in all. One that has waited so long to begin is void. One that has moved and waits longer
-        hangs, as any roll-out past its limit
+        in all. One that has waited so long to begin is void, and asked for again. One that has moved and
+        waits longer hangs, as any roll-out past its limit. More than an hour makes another task of it for a
+        study that has begun
     """
 
     class WithOperator(task):  # type: ignore[misc, valid-type]
@@ -55,8 +63,11 @@ def with_operator(task: Type[Task], patience_s: float = 3600.0) -> Type[Task]:
             said = super().describe()
             # Once before the trial and once after it: a robot is not stopped in the midst of one.
             self._patience_s = min(patience_s, (_TIME_LIMIT_MOST_S - said.time_limit_s) / 2)
-            return dataclasses.replace(said, time_limit_s=said.time_limit_s + 2 * self._patience_s,
-                                       deterministic=False, repeatable=False)
+            # A person's comfort up to an hour: a study is resumed with more or less of it.
+            waiting_s = 2 * max(self._patience_s, _PATIENCE_S)
+            self._rewards = said.reward_min, said.reward_max
+            return dataclasses.replace(said, deterministic=False, repeatable=False,
+                                       time_limit_s=min(said.time_limit_s + waiting_s, _TIME_LIMIT_MOST_S))
 
         def evaluate(self, policy: Policy, seed: int) -> float:
             # Waiting for the terminal counts too. So a trial that begins has its time before it.
@@ -66,17 +77,28 @@ def with_operator(task: Type[Task], patience_s: float = 3600.0) -> Type[Task]:
                          until=begin_until)
                 try:
                     reward = float(super().evaluate(policy, seed))
-                    if not math.isfinite(reward):
-                        raise Failed(f"the reward is {reward}")
+                    words = self._in_words(reward)
                 except (Discarded, MemoryError):
                     raise
                 except Exception as error:  # of the task, of the robot, of the policy's bounds
                     what = str(error) or type(error).__name__
                     desk.ask(f"failed: {what}. a accepts that, r tries again, p pauses", "a")
                     raise
-                terms = "".join(f", {name} {x:.4g}" for name, x in self.terms.items())
-                desk.ask(f"reward {reward:.4g}{terms}. a accepts, r tries again, p pauses", "a")
+                desk.ask(f"{words}. a accepts, r tries again, p pauses", "a")
                 return reward
+
+        def _in_words(self, reward: float) -> str:
+            """What a worker would not take fails here, where the operator sees it and may try again."""
+            least, most = self._rewards
+            if not math.isfinite(reward):
+                raise Failed(f"the reward is {reward}")
+            if not least <= reward <= most:
+                raise Failed(f"the reward {reward} is outside its range {least} .. {most}")
+            self.terms = {str(name): float(x) for name, x in self.terms.items()}
+            if (len(self.terms) > _TERMS_MAX
+                    or not all(1 <= len(name.encode()) <= _TERM_NAME_BYTES_MAX for name in self.terms)):
+                raise Failed(f"terms must be at most {_TERMS_MAX}, with names of 1 to {_TERM_NAME_BYTES_MAX} bytes")
+            return f"reward {reward:.4g}" + "".join(f", {name} {x:.4g}" for name, x in self.terms.items())
 
     WithOperator.__name__ = task.__name__
     return WithOperator
@@ -133,7 +155,7 @@ class _Desk:
             while not typed.endswith(b"\n"):
                 left_s = None if self._until == math.inf else max(self._until - time.monotonic(), 0)
                 if not select.select([self._terminal], [], [], left_s)[0]:
-                    raise Discarded("the operator did not answer")
+                    raise Discarded(_NOBODY_ANSWERED)
                 part = os.read(self._terminal, 4096)
                 if not part:
                     return None
@@ -146,7 +168,7 @@ class _Desk:
         self._close()
         while self._terminal is None:
             if time.monotonic() > self._until:
-                raise Discarded("the operator's terminal is gone")
+                raise Discarded(_NOBODY_ANSWERED + ": the operator's terminal is gone")
             time.sleep(1)
             try:
                 self.__enter__()
