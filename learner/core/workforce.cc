@@ -272,7 +272,9 @@ Duration Workforce::patience() const {
   for (const ContentHash& id : task_ids_) {
     const auto time = task_times_s_.find(id);
     const TaskDescription* facts = facts_of(id);
-    if (time != task_times_s_.end()) {
+    // A robot may wait for its operator, who takes other times than the last ones.
+    const bool has_operator = facts != nullptr && !facts->repeatable;
+    if (time != task_times_s_.end() && !has_operator) {
       patience_s = std::max(patience_s, kPatienceInDurations * time->second);
     } else if (facts != nullptr) {
       patience_s = std::max(patience_s, facts->time_limit_s);

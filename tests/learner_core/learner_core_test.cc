@@ -213,6 +213,22 @@ TEST(LearnerCoreTest, SaysWhyNothingMoves) {
   }
 }
 
+/// A warning would be written over the question at the operator's terminal.
+TEST(LearnerCoreTest, IsNotImpatientWithTheOperatorOfARobot) {
+  for (const bool repeatable : {true, false}) {
+    Cluster cluster(small_study(1000, 1), /*knows_task=*/true, repeatable);
+    cluster.add_worker(1, milliseconds(10));
+    cluster.start();
+    cluster.run(seconds(1));
+    cluster.remove_worker(0);
+    cluster.add_worker(2, seconds(1000));
+    cluster.run(seconds(8));
+    EXPECT_EQ(last_waiting(cluster).empty(), !repeatable) << last_waiting(cluster);
+    cluster.run(seconds(8));
+    EXPECT_THAT(last_waiting(cluster), HasSubstr("roll-outs are with")) << "past its time limit";
+  }
+}
+
 TEST(LearnerCoreTest, IssuesARolloutAgainWhenItsWorkerFallsSilent) {
   Cluster cluster(small_study(400, 1));
   cluster.add_worker(1, seconds(1000));
