@@ -187,8 +187,8 @@ plant("time before a resume not counted" learner/core/learner_core_time.cc
   [[learnt_before_ = PLANTED ? Duration{} : learnt_.elapsed;]])
 
 plant("a void trial taken for a result" learner/core/run.cc
-  [[if (outcome.is_discarded()) {]]
-  [[if (!PLANTED && outcome.is_discarded()) {]])
+  [[if (outcome.is_discarded() && !would_give_up(number, outcome)) {]]
+  [[if (!PLANTED && outcome.is_discarded() && !would_give_up(number, outcome)) {]])
 
 plant("a void trial repeated with its seed" learner/core/learner_core.cc
   [[draw.rollout, trial);]]
