@@ -37,7 +37,10 @@ std::string why_waiting(const Study& study, const std::vector<ContentHash>& task
                        workers.size(), workforce.classes().demanded().value_or("one"));
   }
   if (deaf == static_cast<int>(workers.size())) {
-    return fmt::format("{} workers are heard and none answers: does what we send reach them? treeroll-doctor there shows it", deaf);
+    return fmt::format(
+        "{} workers are heard and none answers: does what we send reach them? treeroll-doctor "
+        "there shows it",
+        deaf);
   }
   if (usable == 0) {
     return fmt::format(

@@ -255,7 +255,8 @@ void Workforce::note_echo(const Turn& turn, WorkerEntry& worker, std::int64_t la
   }
   if (worker.hearing.deafness_to_tell(turn.now)) {
     turn.warn("workers that do not answer",
-              fmt::format("{} is heard but does not answer: does what we send reach it? treeroll-doctor there shows it",
+              fmt::format("{} is heard but does not answer: does what we send reach it? "
+                          "treeroll-doctor there shows it",
                           describe(worker)));
   }
 }

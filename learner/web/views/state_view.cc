@@ -57,7 +57,8 @@ std::string trouble_of(const learner::WorkerEntry& worker, bool is_outvoted, Tim
   if (worker.distrusted) return "distrusted for a while: it gave a reward that no sound one gives";
   if (worker.suspicion) return "suspected: it has to say whether a reward was its own";
   if (worker.other_class) return "its numeric class is not the one that the study demands";
-  if (worker.hearing.seems_deaf(now)) return "it is heard and does not answer: do messages reach it?";
+  if (worker.hearing.seems_deaf(now))
+    return "it is heard and does not answer: do messages reach it?";
   if (!worker.refused.empty()) return "it refuses: " + worker.refused.begin()->second.reason;
   if (!worker.is_alive(now)) return "silent";
   if (worker.draining) return "it drains: it takes no more roll-outs";
