@@ -30,7 +30,8 @@ struct NextLayer {
 
 /// What theta does to the output, over inputs spread where the policy acts.
 struct PolicyEffect {
-  Eigen::MatrixXd outputs;     ///< N x dO, as the policy stands
+  /// N x dO, as the policy stands. Of one input: at inputs that rise evenly over their range.
+  Eigen::MatrixXd outputs;
   Eigen::MatrixXd derivative;  ///< (N dO) x n, d output / d theta: input by input
   /// n x 1: what an element that is no output counts for at least, per unit of output. A Gaussian's
   /// mean input: 2 / deviation, so that it never steps by more than about half of that, though

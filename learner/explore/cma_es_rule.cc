@@ -8,8 +8,10 @@
 #include "common/settings/settings_reader.h"
 #include "learner/explore/cma_es.h"
 #include "learner/explore/exploration_settings.h"
+#include "learner/explore/perturbation.h"
 #include "learner/explore/scale_trial.h"
 #include "learner/explore/setting_bounds.h"
+#include "learner/explore/systematic_search.h"
 
 namespace treeroll::explore {
 namespace {
@@ -20,6 +22,10 @@ constexpr double kOutdone = 1.1;
 /// Of the step with which sizes of the output are tried: the largest that is felt is more than a
 /// search wants.
 constexpr double kOfFelt = .7;
+/// What a search along systematic steps is to earn for the bold one to be given up, in terms of
+/// that one's best reward; and the first steps from there, in terms of the bold ones.
+constexpr double kWorthGoing = 1.3;
+constexpr double kAfterSystematic = .25;
 
 class CmaEsRule final : public PopulationRule {
  public:
@@ -35,13 +41,20 @@ class CmaEsRule final : public PopulationRule {
     if (!start.of_scales.empty()) {
       scales_.emplace(start.of_scales, settings.generation.population);
     }
+    systematic_steps_ = start.systematic_steps;
+    const double step = kAfterSystematic * start.bolder;
+    small_noise_ = step * step * start.distribution.noise;
   }
 
   /// Where nothing earns anything further ones follow: that has converged as anything else has.
-  bool is_trial() const override { return scales_ && is_first_generation(); }
+  bool is_trial() const override { return systematic_ || (scales_ && is_first_generation()); }
   Eigen::VectorXd next_normal_numbers(RandomStream stream) override {
     if (cautious_ && !std::exchange(has_drawn_mean_, true)) {
       return Eigen::VectorXd::Zero(distribution().mean.size());
+    }
+    if (systematic_) {
+      return bold_factor_.triangularView<Eigen::Lower>().solve(systematic_->next() -
+                                                               distribution().mean);
     }
     Eigen::VectorXd normal;
     if (to_mirror_) {
@@ -67,38 +80,71 @@ class CmaEsRule final : public PopulationRule {
     return CmaEs({settings_.generation.population, settings_.active, rate_factor}, start);
   }
 
+  int generation_size() const override {
+    return systematic_ ? systematic_->generation_size() : settings_.generation.population;
+  }
+  bool learns_from_nothing() const override { return systematic_.has_value(); }
+
   SearchDistribution updated(std::span<const ToldRollout> generation,
-                             const SearchDistribution& /*before*/,
+                             const SearchDistribution& before,
                              int /*num_results_of_run*/) override {
-    if (cautious_) {
-      SearchDistribution from = *std::exchange(cautious_, std::nullopt);
-      const bool is_far = is_outdone(generation, from.mean);
-      if (scales_ || !is_far) {
-        if (scales_) from.noise = scales_->best(generation);
-        scales_.reset();
-        if (is_far) from.noise *= (kOfFelt * bolder_) * (kOfFelt * bolder_);
-        to_mirror_.reset();  // the mirror of a draw of the trial is none of the noise that follows
-        search_ = search(is_far ? *settings_.bold_rate_factor : settings_.rate_factor, from);
-        return search_.distribution();
-      }
-    }
     std::vector<RatedRollout> rated;
     rated.reserve(generation.size());
     for (const ToldRollout& member : generation) rated.push_back(member.rated);
+    if (systematic_) {
+      systematic_->learn(rated);
+      if (systematic_->is_over()) end_systematic_search();
+      return systematic_ ? before : search_.distribution();
+    }
+    if (cautious_) {
+      start_ = of_mean(rated, cautious_->mean);
+      const bool is_far = best_reward() > kOutdone * start_.reward;
+      if (scales_ || !is_far) {
+        SearchDistribution from = *cautious_;
+        if (scales_) from.noise = scales_->best(generation);
+        scales_.reset();
+        if (is_far) from.noise *= (kOfFelt * bolder_) * (kOfFelt * bolder_);
+        begin_anew(from, is_far ? *settings_.bold_rate_factor : settings_.rate_factor);
+        return search_.distribution();
+      }
+    }
+    const bool was_trial = std::exchange(cautious_, std::nullopt).has_value();
     search_.update(rated);
+    if (!was_trial && !systematic_steps_.empty()) begin_systematic_search();
     return search_.distribution();
   }
 
-  /// Whether a member is far better than the mean; so without the mean among them, too: it earned
-  /// nothing in a generation that taught nothing.
-  static bool is_outdone(std::span<const ToldRollout> generation, const Eigen::VectorXd& mean) {
-    double best = 0;
-    double of_mean = 0;
-    for (const ToldRollout& member : generation) {
-      if (member.rated.theta == mean) of_mean = member.rated.reward;
-      best = std::max(best, member.rated.reward);
+  /// Gives up what the search has learnt.
+  void begin_anew(const SearchDistribution& from, double rate_factor) {
+    cautious_.reset();
+    systematic_steps_.clear();
+    to_mirror_.reset();  // the mirror of a draw of another noise
+    search_ = search(rate_factor, from);
+  }
+
+  /// After the bold trial and a bold generation, which are about as many roll-outs.
+  void begin_systematic_search() {
+    systematic_.emplace(start_, std::exchange(systematic_steps_, {}));
+    best_boldly_ = best_reward();
+    bold_factor_ = noise_factor(search_.distribution().noise);
+  }
+
+  /// Goes on near what has been found with small steps, or boldly as before.
+  void end_systematic_search() {
+    const RatedRollout found = systematic_->best();
+    systematic_.reset();
+    if (found.reward > kWorthGoing * best_boldly_) {
+      begin_anew({found.theta, small_noise_}, settings_.rate_factor);
     }
-    return best > kOutdone * of_mean;
+  }
+
+  /// Without the mean among them it earned nothing, in a generation that taught nothing.
+  static RatedRollout of_mean(std::span<const RatedRollout> generation,
+                              const Eigen::VectorXd& mean) {
+    for (const RatedRollout& member : generation) {
+      if (member.theta == mean) return member;
+    }
+    return {.theta = mean};
   }
 
   CmaEsRuleSettings settings_;
@@ -108,6 +154,12 @@ class CmaEsRule final : public PopulationRule {
   double bolder_ = 1;                           // than that
   std::optional<ScaleTrial> scales_;            // while sizes of the output are tried as well
   bool has_drawn_mean_ = false;
+  std::vector<Eigen::VectorXd> systematic_steps_;  // until a search along them begins
+  RatedRollout start_;                             // where it begins
+  std::optional<SystematicSearch> systematic_;     // while it goes on
+  double best_boldly_ = 0;                         // what it is to outdo
+  Eigen::MatrixXd bold_factor_;  // of the noise that its members are said to be drawn from
+  Eigen::MatrixXd small_noise_;  // to go on with where it ends
 };
 
 }  // namespace

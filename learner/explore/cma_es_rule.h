@@ -19,7 +19,9 @@ struct CmaEsRuleSettings {
   /// some member is far better than that, the start is far from good: the search stays bold, with
   /// these rates. Otherwise it begins again with the initial noise and `rate_factor`. Where the
   /// size of the output is not known (LayerStart::of_scales), that generation tries all of them,
-  /// and either way the search goes on with the one that has proved best.
+  /// and either way the search goes on with the one that has proved best. From a start that is far
+  /// from good LayerStart::systematic_steps are tried after one more generation: if they lead to
+  /// far more than that has earned, the search begins again there, with `rate_factor`.
   std::optional<double> bold_rate_factor = {};
   bool operator==(const CmaEsRuleSettings&) const = default;
 };

@@ -14,6 +14,8 @@ namespace treeroll::explore {
 
 /// Deviation of the output in the first steps from nothing, as a share of its size.
 inline constexpr double kStepFromNothing = .1;
+/// The same for a start that is far from good.
+inline constexpr double kBoldStep = .08;
 
 /// Settings of one run's search: thesis table 3-2. The defaults are those of table 4-3.
 struct ExplorationSettings {

@@ -5,6 +5,7 @@
 
 #include "learner/explore/exploration_settings.h"
 #include "learner/explore/projected_noise.h"
+#include "learner/explore/systematic_search.h"
 #include "learner/explore/update_rule.h"
 
 namespace treeroll::explore {
@@ -58,11 +59,17 @@ LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy
     return start;
   }
   if (settings.metric) {
-    const Eigen::MatrixXd unit =
-        step_covariance(policy.effect(), *settings.metric, settings.output_scale);
+    const PolicyEffect effect = policy.effect();
+    const Eigen::MatrixXd unit = step_covariance(effect, *settings.metric, settings.output_scale);
     start.distribution.noise = *settings.initial_step * *settings.initial_step * unit;
     start.noise_variance = start.distribution.noise.diagonal();
     start.bolder = settings.bold_step / *settings.initial_step;
+    start.systematic_steps =
+        systematic_steps(effect,
+                         *settings.metric == Metric::kFull
+                             ? unit
+                             : step_covariance(effect, Metric::kFull, settings.output_scale),
+                         settings.bold_step, policy.input_dim());
     return start;
   }
   start.noise_variance = settings.initial_step
@@ -84,6 +91,7 @@ LayerStart start_with_experience(const ExplorationSettings& settings, const Upda
   LayerStart start = fresh_start(settings, *next.policy);
   start.bolder = 1;
   start.of_scales.clear();
+  start.systematic_steps.clear();
   const std::optional<Eigen::MatrixXd> jacobian =
       projection_jacobian(next.project, carried, rule.distribution().noise.diagonal().cwiseSqrt());
   Inheritance given = rule.inheritance({next.project, start, jacobian, num_results_of_run});

@@ -26,6 +26,9 @@ struct LayerStart {
   /// told the size: for rules that try, with `bolder`. The first is `distribution`'s. Empty where
   /// the size is known.
   std::vector<Eigen::MatrixXd> of_scales = {};
+  /// Of systematic_steps(), for rules that try. Empty where the policy does nothing, and in a layer
+  /// that follows another.
+  std::vector<Eigen::VectorXd> systematic_steps = {};
 };
 
 /// The policy as it stands with the initial noise and no experience.

@@ -33,14 +33,16 @@ PopulationRule::PopulationRule(const GenerationSettings& settings, SearchDistrib
 }
 
 bool PopulationRule::learn(const ToldRollout& told, int num_results_of_run) {
-  ++num_results_;
   best_.add(told.rated);
   generation_.push_back(told);
-  if (generation_.size() < static_cast<std::size_t>(settings_.population)) return false;
-  const bool has_weight =
-      std::any_of(generation_.begin(), generation_.end(),
-                  [](const ToldRollout& member) { return member.rated.reward > 0; });
-  if (has_weight) {
+  const int size = generation_size();
+  if (generation_.size() < static_cast<std::size_t>(size)) return false;
+  num_learnt_ += size;
+  const bool teaches = learns_from_nothing() || std::any_of(generation_.begin(), generation_.end(),
+                                                            [](const ToldRollout& member) {
+                                                              return member.rated.reward > 0;
+                                                            });
+  if (teaches) {
     std::sort(generation_.begin(), generation_.end(),
               [](const ToldRollout& a, const ToldRollout& b) {
                 return a.rated.rollout < b.rated.rollout;
@@ -48,25 +50,24 @@ bool PopulationRule::learn(const ToldRollout& told, int num_results_of_run) {
     distribution_ = updated(generation_, distribution_, num_results_of_run);
   }
   generation_.clear();
-  return has_weight;
+  return teaches;
 }
 
 bool PopulationRule::may_draw(std::int64_t num_drawn) const {
-  const std::int64_t population = settings_.population;
-  return !settings_.complete || num_drawn < (num_results_ / population + 1) * population;
+  return !settings_.complete || num_drawn < num_learnt_ + generation_size();
 }
 
-bool PopulationRule::has_reward() const {
-  return !best_.ranked().empty() && best_.ranked().front().reward > 0;
+double PopulationRule::best_reward() const {
+  return best_.ranked().empty() ? 0 : best_.ranked().front().reward;
 }
 
 Eigen::VectorXd PopulationRule::carried_theta() const {
-  return has_reward() ? best_.ranked().front().theta : distribution_.mean;
+  return best_reward() > 0 ? best_.ranked().front().theta : distribution_.mean;
 }
 
 Inheritance PopulationRule::inheritance(const LayerPassage& passage) const {
   Inheritance given;
-  if (passage.jacobian && has_reward()) {
+  if (passage.jacobian && best_reward() > 0) {
     given.noise = *passage.jacobian * distribution_.noise * passage.jacobian->transpose();
   }
   return given;

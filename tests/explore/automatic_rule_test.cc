@@ -72,6 +72,16 @@ TEST(AutomaticRuleTest, IsThatOfAStudyWithoutAKey) {
             RuleSettings(PowerSettings{}));
 }
 
+/// Who finds the first trials too bold on a robot makes the step smaller.
+TEST(AutomaticRuleTest, ASmallerStepMakesTheTrialLessBold) {
+  const auto bold_step = [](const json& table, double start) {
+    return read_automatic_settings(table, constant_spline(start)).bold_step;
+  };
+  EXPECT_NEAR(bold_step({{"initial_step", .005}}, 10), .08, 1e-12);
+  EXPECT_NEAR(bold_step({{"initial_step", 1}}, 10), .8, 1e-12);
+  EXPECT_NEAR(bold_step({{"initial_step", .02}, {"output_scale", 2}}, 0), .06, 1e-12);
+}
+
 TEST(AutomaticRuleTest, EveryRuleCanDoWithoutANoise) {
   for (const char* rule : {"power", "pi2", "cem", "cma_es"}) {
     ExplorationSettings settings =
@@ -230,20 +240,71 @@ TEST(AutomaticRuleTest, GoesBackToASmallStepFromAGoodStart) {
   EXPECT_EQ(thetas[13] - constant_spline(10).theta(), -(thetas[12] - constant_spline(10).theta()));
 }
 
-TEST(AutomaticRuleTest, StaysBoldFromABadStart) {
-  ExplorationSettings settings = read_automatic_settings(json::object(), constant_spline(10));
-  settings.num_rollouts = 300;
+/// Rewards fall with the distance of the outputs from a goal, over [0, 2.2].
+double reward_of_outputs(const LinearPolicy& policy, const Eigen::VectorXd& theta, double goal) {
+  const std::unique_ptr<Controller> controller = policy.with(theta)->controller();
+  double squares = 0;
+  for (int i = 0; i < 23; ++i) {
+    const double time = .1 * i;
+    double output = 0;
+    controller->act({&time, 1}, {&output, 1});
+    squares += (output - goal) * (output - goal) / 23;
+  }
+  return elementary::exp(-squares);
+}
+
+struct RunTowards {
   std::vector<Eigen::VectorXd> thetas;
-  const std::vector<double> rewards = rewards_of(settings, constant_spline(10), 13, &thetas);
-  EXPECT_GT((thetas[13].array() - 10).square().mean(), .01);
-  EXPECT_LT(rewards[0], .001);
-  EXPECT_GT(*std::max_element(rewards.begin(), rewards.end()), .7);
+  std::vector<double> rewards;
+};
+
+/// From a start of 10 everywhere, by number.
+RunTowards run_towards(double goal, const std::function<double(int, double)>& earned) {
+  const LinearPolicy start = constant_spline(10);
+  ExplorationSettings settings = read_automatic_settings(json::object(), start);
+  settings.num_rollouts = 300;
+  Exploration exploration(settings, start, 3, 0);
+  RunTowards run;
+  while (!exploration.done()) {
+    const std::optional<Draw> draw = exploration.ask();
+    run.thetas.push_back(draw->theta);
+    run.rewards.push_back(earned(draw->rollout, reward_of_outputs(start, draw->theta, goal)));
+    exploration.tell(draw->rollout, Outcome::ok(run.rewards.back()));
+  }
+  return run;
+}
+
+/// After the bold trial and one bold generation, four of eight along the steps.
+TEST(AutomaticRuleTest, MendsAGainFromABadStart) {
+  const RunTowards run = run_towards(13, [](int, double reward) { return reward; });
+  EXPECT_GT((run.thetas[13] - run.thetas[0]).norm(), .5);
+  EXPECT_LT(run.rewards[0], .001);
+  EXPECT_NEAR(run.thetas[24].mean(), 13, .2);
+  EXPECT_NEAR(run.thetas[25].mean(), 7, .2);
+  EXPECT_GT(run.rewards[24], .99);
+  // What follows stays near.
+  EXPECT_GT(*std::min_element(run.rewards.begin() + 56, run.rewards.end()), .3);
+}
+
+TEST(AutomaticRuleTest, GoesOnBoldlyWhereNoSystematicStepHelps) {
+  const RunTowards run = run_towards(
+      13, [](int rollout, double reward) { return rollout >= 24 && rollout < 56 ? 0 : reward; });
+  EXPECT_GT((run.thetas[57] - run.thetas[58]).norm(), .5);
+  EXPECT_GT(*std::max_element(run.rewards.begin(), run.rewards.end()), .9);
+}
+
+/// Nothing earns anything, so that the mean is no member of the generation that teaches at last.
+TEST(AutomaticRuleTest, APlateauBeforeABadStartChangesNothing) {
+  const RunTowards run =
+      run_towards(13, [](int rollout, double reward) { return rollout < 12 ? 0 : reward; });
+  EXPECT_NEAR(run.thetas[36].mean(), 13, .2);
+  EXPECT_GT(*std::max_element(run.rewards.begin(), run.rewards.end()), .99);
 }
 
 /// Whatever is under way at once: generations are whole.
 TEST(AutomaticRuleTest, GivesTheSameBitsWhateverIsInFlight) {
   ExplorationSettings settings = read_automatic_settings(json::object(), constant_spline(10));
-  settings.num_rollouts = 100;
+  settings.num_rollouts = 400;  // past the search along systematic steps
   std::vector<Eigen::VectorXd> one;
   std::vector<Eigen::VectorXd> many;
   rewards_of(settings, constant_spline(10), 11, &one);
