@@ -73,10 +73,12 @@ StartPolicy fitted_basis(SettingsReader& policy, const StartSources& sources,
   std::optional<int> named;
   if (!policy.has(kind.size_key) ||
       policy.is_word(kind.size_key, "auto",
-                     {.meaning = "As few as meet the demonstration within a tenth of its rms"})) {
+                     {.meaning = "As few as meet the demonstration, of several recordings "
+                                 "their mean, within a tenth of its rms"})) {
     policy.string(kind.size_key, "auto",
-                  {.meaning = "\"auto\": as few as meet the demonstration within a tenth of its "
-                              "rms; or as many as an integer says"});
+                  {.meaning = "\"auto\": as few as meet the demonstration, of several recordings "
+                              "their mean, within a tenth of its rms; or as many as an integer "
+                              "says"});
   } else {
     named = read_size(policy, kind, std::nullopt);
   }
@@ -88,7 +90,10 @@ StartPolicy fitted_basis(SettingsReader& policy, const StartSources& sources,
   return linear_start(policy, sources, demonstration, described, [&] {
     if (named) return fit(*named).start;
     try {
-      return smallest_sufficient({kFunctionsMin, 1, kSufficientFunctionsMax}, kind.size_key, fit);
+      return smallest_sufficient({.sizes = {kFunctionsMin, 1, kSufficientFunctionsMax},
+                                  .what = kind.size_key,
+                                  .enough = sufficient_error(demonstration.data, 1)},
+                                 fit);
     } catch (const FitError& error) {
       policy.refuse(kind.size_key, error.what());
     }

@@ -8,7 +8,8 @@ namespace treeroll {
 ///
 ///   kind = "rbf"
 ///   functions = "auto"      # of an output: as few as meet the demonstration within a tenth of its
-///                           # rms; or how many, from 2 on. Without a demonstration 8
+///                           # rms, of several recordings their mean; or how many, from 2 on.
+///                           # Without a demonstration 8
 ///   start = "fit"           # or "constant", with range and values as of a spline
 ///
 /// Throw ConfigError. Do not call finish().

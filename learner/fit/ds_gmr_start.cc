@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +14,7 @@
 #include "common/settings/settings_reader.h"
 #include "learner/fit/demonstration_settings.h"
 #include "learner/fit/linear_fit.h"
+#include "learner/fit/recordings.h"
 #include "learner/fit/start_policy.h"
 
 namespace treeroll {
@@ -24,7 +23,6 @@ namespace {
 /// Softer springs lag behind the swing-up's demonstration.
 constexpr double kPullOtherwise = 88;
 constexpr Eigen::Index kSamplesMin = 3;
-constexpr int kGapSteps = 5;
 
 double square(double number) { return number * number; }
 
@@ -48,24 +46,11 @@ DsGmrPolicy::Pull read_pull(SettingsReader& policy, LinearRange range) {
   return pull;
 }
 
-/// The time between samples, as it mostly is.
-double median_step(const Eigen::MatrixXd& data) {
-  std::vector<double> steps;
-  for (Eigen::Index n = 1; n < data.cols(); ++n) {
-    const double step = data(0, n) - data(0, n - 1);
-    if (step > 0) steps.push_back(step);
-  }
-  if (steps.empty()) return 0;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
-}
-
 /// The attractors of recordings one after the other: a new one begins where the time does not rise,
 /// or leaves a gap. Over such a seam there is no acceleration.
 Eigen::MatrixXd attractors(SettingsReader& policy, const Eigen::MatrixXd& data, double stiffness) {
   Eigen::MatrixXd attractors(data.rows(), data.cols());
-  const double gap = kGapSteps * median_step(data);
+  const double gap = kGapSteps * median_step(data.row(0));
   Eigen::Index first = 0;
   for (Eigen::Index n = 1; n <= data.cols(); ++n) {
     const double step = n == data.cols() ? 0 : data(0, n) - data(0, n - 1);

@@ -65,7 +65,10 @@ std::shared_ptr<LinearPolicy> fit_sufficient_spline(
     const Eigen::MatrixXd& data) {
   const auto fit = [&](int size) { return fit_linear_policy(form(size), data); };
   try {
-    return smallest_sufficient({degree + 1, 1, kSufficientFunctionsMax}, "coefficients", fit);
+    return smallest_sufficient({.sizes = {degree + 1, 1, kSufficientFunctionsMax},
+                                .what = "coefficients",
+                                .enough = sufficient_error(data, 1)},
+                               fit);
   } catch (const FitError& error) {
     policy.refuse("coefficients", error.what());
   }
@@ -110,10 +113,12 @@ StartPolicy read_spline_start(SettingsReader& policy, const StartSources& source
   const Eigen::MatrixXd& data = demonstration.data;
   if (!policy.has("coefficients") ||
       policy.is_word("coefficients", "auto",
-                     {.meaning = "As few as meet the demonstration within a tenth of its rms"})) {
+                     {.meaning = "As few as meet the demonstration, of several recordings "
+                                 "their mean, within a tenth of its rms"})) {
     policy.string("coefficients", "auto",
-                  {.meaning = "\"auto\": as few as meet the demonstration within a tenth of its "
-                              "rms; or as many as a list of integers says"});
+                  {.meaning = "\"auto\": as few as meet the demonstration, of several recordings "
+                              "their mean, within a tenth of its rms; or as many as a list of "
+                              "integers says"});
     const auto form = [&](int size) -> LinearFormPtr {
       if (size <= degree) return nullptr;
       return std::make_shared<SplineForm>(

@@ -11,8 +11,8 @@ namespace treeroll {
 ///   kind = "spline"
 ///   degree = 3              # 0 to 7
 ///   coefficients = "auto"   # of an output: as few as meet the demonstration within a tenth of
-///                           # its rms; or of each layer, coarse to fine: [4, 5, 7, 11], each
-///                           # with twice the spans of the one before
+///                           # its rms, of several recordings their mean; or of each layer, coarse
+///                           # to fine: [4, 5, 7, 11], each with twice the spans of the one before
 ///   start = "fit"           # to [policy.demonstration]; or "constant", without one:
 ///   range = [0.0, 2.0]      # the inputs it is over
 ///   values = [0.0]          # what each output begins with

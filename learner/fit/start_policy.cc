@@ -245,8 +245,9 @@ StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, Thet
   const bool is_flat = model == "flat";
   const bool is_automatic = policy.is_word(
       "components", "auto",
-      {.meaning = "As few components as meet the demonstration within a tenth of its rms, at most "
-                  "16; of a tree two layers of them; needs fit.refine = \"regression\""});
+      {.meaning = "As few components as meet the demonstration, of several recordings their mean, "
+                  "within a tenth of its rms, at most 16; of a tree two layers of them; needs "
+                  "fit.refine = \"regression\""});
   if (is_automatic && !fit.refine) {
     policy.refuse("components", "\"auto\" needs fit.refine = \"regression\"");
   }
@@ -270,7 +271,9 @@ StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, Thet
     if (is_automatic) {
       const SizeRange sizes = sizes_to_try(is_flat, data.cols());
       check_work(policy, all_of(sizes), data, fit);
-      tree = smallest_sufficient(sizes, "components", [&](int finest) {
+      const SizeSearch search{
+          .sizes = sizes, .what = "components", .enough = sufficient_error(data, fit.input_dim)};
+      tree = smallest_sufficient(search, [&](int finest) {
         TreeModel candidate =
             fitted(is_flat ? std::vector<int>{finest} : std::vector<int>{finest / 2, finest});
         const double error = relative_regression_error(candidate.finest(), data);

@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 
 std::string refusal_of_sizes(const SizeRange& sizes, double error) {
   try {
-    smallest_sufficient(sizes, "things", [&](int size) {
+    smallest_sufficient({.sizes = sizes, .what = "things"}, [&](int size) {
       if (size == 4) throw FitError("four have no fit");
       return Fitted<int>{size, error};
     });
@@ -29,7 +29,7 @@ std::string refusal_of_sizes(const SizeRange& sizes, double error) {
 
 TEST(SmallestSufficientTest, IsTheFirstThatComesCloseEnoughAndNoneIsFittedTwice) {
   std::vector<int> tried;
-  const int size = smallest_sufficient({2, 2, 16}, "things", [&](int number) {
+  const int size = smallest_sufficient({.sizes = {2, 2, 16}, .what = "things"}, [&](int number) {
     tried.push_back(number);
     return Fitted<int>{number, .7 / number};
   });
@@ -38,7 +38,7 @@ TEST(SmallestSufficientTest, IsTheFirstThatComesCloseEnoughAndNoneIsFittedTwice)
 }
 
 TEST(SmallestSufficientTest, PassesOverASizeThatHasNoFit) {
-  const int size = smallest_sufficient({1, 1, 16}, "things", [&](int number) {
+  const int size = smallest_sufficient({.sizes = {1, 1, 16}, .what = "things"}, [&](int number) {
     if (number < 5) throw FitError("too few");
     return Fitted<int>{number, 0};
   });
