@@ -214,6 +214,7 @@ CsvDemonstration read_demonstration_files(const std::vector<std::string>& files,
   result.text = text_of(result.data, columns);
   result.content = to_hex(content_hash(result.text));
   result.content_of_files = to_hex(content_hash(hashes));
+  result.alignment = alignment;
   return result;
 }
 

@@ -43,6 +43,8 @@ struct CsvDemonstration {
   std::string content;  ///< content_hash() of the text, hexadecimal
   /// What earlier versions called the content: a hash of the bytes of the files.
   std::string content_of_files = {};
+  /// Of the files that were read. A text does not tell.
+  Alignment alignment = Alignment::kNone;
 };
 
 /// The observations of several files, one file after the other. Throws DemonstrationError.

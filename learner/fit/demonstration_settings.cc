@@ -42,7 +42,8 @@ Alignment read_alignment(SettingsReader& reader, std::size_t num_files, int num_
   const std::string word = reader.choice(
       "align", {names[0], names[1], names[2]}, "none",
       {.meaning = "How several recordings over one input, the time, are put on one time: as they "
-                  "are, by their durations, or by dynamic time warping"});
+                  "are, by their durations, or by dynamic time warping, of which kind \"ds_gmr\" "
+                  "can take no accelerations"});
   const auto index = std::find(std::begin(names), std::end(names), word) - std::begin(names);
   const auto alignment = static_cast<Alignment>(index);
   if (alignment == Alignment::kNone) return alignment;
@@ -134,6 +135,7 @@ Demonstration from_table(SettingsReader& reader, const StartSources& sources) {
   }
   result.data = demonstration.data;
   result.text = demonstration.text;
+  result.alignment = demonstration.alignment;
   result.regularisation = kRegularisationShare * variance;
   result.output_deviation = std::sqrt(variance.tail(variance.size() - 1).maxCoeff());
   return result;

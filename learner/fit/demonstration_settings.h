@@ -17,6 +17,7 @@ struct Demonstration {
   int input_dim = 1;               ///< dI
   Eigen::VectorXd regularisation;  ///< d x 1, variances a fit adds by default
   double output_deviation = 5;     ///< of the components EM starts from by default; 0: none suits
+  Alignment alignment = Alignment::kNone;  ///< CsvDemonstration::alignment
 
   /// Whether the numbers of an output, counted from 0, are not all the same.
   bool output_varies(Eigen::Index output) const;

@@ -104,6 +104,11 @@ StartPolicy read_ds_gmr_start(SettingsReader& policy, const StartSources& source
   of_attractor.fitted = fitted ? &*fitted : nullptr;
   std::optional<DsGmrPolicy::Pull> pull;
   StartPolicy start = read_tree_start(policy, of_attractor, [&](Demonstration& demonstration) {
+    if (demonstration.alignment == Alignment::kDynamicTimeWarping) {
+      policy.refuse("demonstration.align",
+                    "of this kind of policy must be \"none\" or \"duration\": dynamic time warping "
+                    "makes times stand still and jump, over which there is no acceleration");
+    }
     if (demonstration.input_dim != 1) {
       policy.refuse("demonstration", "of this kind of policy must have one input, the time");
     }

@@ -127,6 +127,28 @@ TEST(DsGmrStartTest, NoAccelerationIsSeenOverTheSeamOfTwoRecordings) {
   }
 }
 
+/// Warped times stand still where the reference hurries on, and jump where it lingers.
+TEST(DsGmrStartTest, TimeWarpingIsRefusedByName) {
+  const auto read_file = [](const std::string& name) {
+    std::string text = "t,x\n";
+    for (int n = 0; n <= 200; ++n) {
+      const double s = n / 200.;
+      const double x = std::sin(2 * M_PI * (name == "b" ? s * std::sqrt(s) : s));
+      text += std::to_string(2 * s) + "," + std::to_string(x) + "\n";
+    }
+    return text;
+  };
+  const auto refusal_with = [&](const std::string& align) {
+    return refusal_of(R"({"kind": "ds_gmr", "model": "flat", "demonstration": {"kind": "csv",
+                          "files": ["a", "b"], "inputs": ["t"], "outputs": ["x"], "align": ")" +
+                          align + R"("}})",
+                      {.read_file = read_file});
+  };
+  EXPECT_THAT(refusal_with("dynamic_time_warping"),
+              HasSubstr("policy.demonstration.align: of this kind of policy must be \"none\" or"));
+  EXPECT_EQ(refusal_with("duration"), "accepted");
+}
+
 /// By default no stiffness is a number there, and the root times the duration may round to either
 /// side of a bound.
 TEST(DsGmrStartTest, TakesOrRefusesEveryRange) {
