@@ -234,8 +234,8 @@ Gmm fit_children(const Gmm& start, const Eigen::MatrixXd& data,
         component.covariance = mirrored(component.covariance + whole.left);
       }
       if (!(component.prior > kShareMin * share)) {
-        throw FitError(fmt::format("component {} of {} is left without data in iteration {}", k,
-                                   gmm.num_components(), iteration + 1));
+        throw LeftWithoutData(fmt::format("component {} of {} is left without data in iteration {}",
+                                          k, gmm.num_components(), iteration + 1));
       }
       components.push_back(std::move(component));
     }

@@ -13,6 +13,12 @@ class FitError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Of a component that is responsible for no data.
+class LeftWithoutData : public FitError {
+ public:
+  using FitError::FitError;
+};
+
 struct EmSettings {
   int num_iterations = 500;  ///< fewer are made once nothing changes any more
   Eigen::VectorXd

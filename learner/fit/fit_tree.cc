@@ -37,7 +37,7 @@ Gmm fit_layer(const Eigen::MatrixXd& data, int num_components, const FitSettings
     const Gmm fitted = fit_em(start, data, settings.em);
     if (!settings.refine) return fitted;
     return in_order_of_first_input(refined(in_order_of_first_input(fitted), data, settings));
-  } catch (const FitError& error) {
+  } catch (const LeftWithoutData& error) {
     // Clusters need every output.
     if (settings.start == FitStart::kKmeans || !is_complete(data)) throw;
     throw FitError(

@@ -255,6 +255,15 @@ TEST_F(DemonstrationSettingsTest, AComponentWithoutDataNamesTheCure) {
     EXPECT_THAT(error.what(), HasSubstr("is left without data"));
     EXPECT_THAT(error.what(), HasSubstr("with policy.fit.start = \"kmeans\""));
   }
+  // It is none where the variances are at fault.
+  table["fit"]["regularisation"] = {0, 0};
+  try {
+    start(table);
+    FAIL() << "it has a covariance for each component";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("must be positive definite"));
+    EXPECT_THAT(error.what(), testing::Not(HasSubstr("kmeans")));
+  }
 }
 
 TEST_F(DemonstrationSettingsTest, RefusesFilesThatHaveChangedSinceTheyWereResolved) {
