@@ -21,6 +21,7 @@
 #include "learner/fit/demonstration_settings.h"
 #include "learner/fit/ds_gmr_start.h"
 #include "learner/fit/fit_tree.h"
+#include "learner/fit/fit_work.h"
 #include "learner/fit/missing_outputs.h"
 #include "learner/fit/network_start.h"
 #include "learner/fit/spline_start.h"
@@ -30,13 +31,8 @@ namespace treeroll {
 namespace {
 
 constexpr std::size_t kFitLayersMax = 8;
-constexpr double kComponentsMax = 64;
 /// How far components = "auto" looks.
 constexpr int kSufficientComponentsMax = 16;
-/// Densities evaluated by one fit: half a minute of a processor.
-constexpr double kWorkMax = 1e9;
-/// Products that a step of a refinement sums up: as long.
-constexpr double kRefinementMax = 2e8;
 /// Studies of an earlier form had no refinement.
 constexpr int kFirstRefinedForm = 3;
 
@@ -190,39 +186,33 @@ SizeRange sizes_to_try(bool is_flat, Eigen::Index num_samples) {
           static_cast<int>(std::min<Eigen::Index>(kSufficientComponentsMax, num_samples))};
 }
 
-std::vector<int> all_of(const SizeRange& sizes) {
-  std::vector<int> all;
-  for (int size = sizes.first; size <= sizes.most; size += sizes.step) all.push_back(size);
-  return all;
+void check_work(SettingsReader& policy, const FitWork& work, int components) {
+  const std::optional<FitWork::TooMuch> refusal = work.refusal(components);
+  if (refusal) policy.refuse(refusal->key, refusal->reason);
 }
 
-/// Bounds what the fits of all these sizes take.
-/// @param sizes  numbers of components of the finest layer, each of which may be tried
-void check_work(SettingsReader& policy, const std::vector<int>& sizes, const Eigen::MatrixXd& data,
-                const FitSettings& fit) {
-  const double samples = static_cast<double>(data.cols());
-  const double inputs = fit.input_dim;
-  const double outputs = static_cast<double>(data.rows()) - inputs;
-  const double of_component = inputs + outputs + inputs * outputs + inputs * (inputs + 1) / 2 + 1;
-  double densities = 0;
-  double products = 0;
-  for (const int size : sizes) {
-    const double numbers = size * of_component;
-    densities += size * samples * fit.em.num_iterations;
-    // The sum of squares, and its factor at each of at most 8 tries.
-    products += numbers * numbers * (samples * outputs + 8 * numbers / 3);
+/// components = "auto". As many sizes are tried as the work allows: most demonstrations are met by
+/// one of the first.
+/// @param fitted  numbers of components, layer by layer -> TreeModel
+template <typename Fit>
+TreeModel smallest_tree(SizeRange sizes, const FitWork& work, const Eigen::MatrixXd& data,
+                        int input_dim, const Fit& fitted) {
+  SizeSearch search{
+      .sizes = sizes, .what = "components", .enough = sufficient_error(data, input_dim)};
+  search.sizes.most = work.last_of(sizes);
+  if (search.sizes.most + sizes.step <= sizes.most) {
+    search.way_out = fmt::format(
+        "to try more takes too long with so many samples: say how many "
+        "there are to be, at most {}",
+        work.most_alone());
   }
-  if (densities > kWorkMax) {
-    policy.refuse("fit", fmt::format("components x samples x iterations is {:.0f}, must be at most "
-                                     "{:.0f}",
-                                     densities, kWorkMax));
-  }
-  if (!fit.refine || products <= kRefinementMax) return;
-  policy.refuse("fit.refine",
-                fmt::format("a regression of {:.0f} numbers to {} outputs of {} samples takes too "
-                            "long: numbers^2 x (outputs x samples + 8/3 numbers) must be at most "
-                            "{:.0f}, of \"auto\" over all sizes; or take \"none\"",
-                            sizes.back() * of_component, outputs, samples, kRefinementMax));
+  return smallest_sufficient(search, [&](int finest) {
+    const bool is_flat = sizes.step == 1;
+    TreeModel candidate =
+        fitted(is_flat ? std::vector<int>{finest} : std::vector<int>{finest / 2, finest});
+    const double error = relative_regression_error(candidate.finest(), data);
+    return Fitted<TreeModel>{std::move(candidate), error};
+  });
 }
 
 StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, ThetaLayout layout,
@@ -249,7 +239,8 @@ StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, Thet
                   "within a tenth of its rms, at most 16; of a tree two layers of them; needs "
                   "fit.refine = \"regression\""});
   if (is_automatic && !fit.refine) {
-    policy.refuse("components", "\"auto\" needs fit.refine = \"regression\"");
+    policy.refuse("components",
+                  "\"auto\" needs fit.refine = \"regression\"; or say how many, [2, 4] say");
   }
   std::vector<int> components;
   if (!is_automatic) components = read_components(policy, is_flat, data.cols());
@@ -266,25 +257,14 @@ StartPolicy fit_demonstration(SettingsReader& policy, FrameKind frame_kind, Thet
            : model == "tree" ? fit_bottom_up(data, layers.front(), num_layers, fit)
                              : fit_top_down(data, layers.back(), num_layers, fit);
   };
+  const FitWork work(data, fit);
+  const SizeRange sizes = sizes_to_try(is_flat, data.cols());
+  check_work(policy, work, is_automatic ? sizes.first : components.back());
   try {
-    std::optional<TreeModel> tree;
-    if (is_automatic) {
-      const SizeRange sizes = sizes_to_try(is_flat, data.cols());
-      check_work(policy, all_of(sizes), data, fit);
-      const SizeSearch search{
-          .sizes = sizes, .what = "components", .enough = sufficient_error(data, fit.input_dim)};
-      tree = smallest_sufficient(search, [&](int finest) {
-        TreeModel candidate =
-            fitted(is_flat ? std::vector<int>{finest} : std::vector<int>{finest / 2, finest});
-        const double error = relative_regression_error(candidate.finest(), data);
-        return Fitted<TreeModel>{std::move(candidate), error};
-      });
-    } else {
-      check_work(policy, {components.back()}, data, fit);
-      tree = fitted(components);
-    }
-    start.log_likelihoods = log_likelihoods(*tree, data);
-    start.policy = std::make_shared<TreePolicy>(*std::move(tree), 1, layout);
+    const TreeModel tree =
+        is_automatic ? smallest_tree(sizes, work, data, fit.input_dim, fitted) : fitted(components);
+    start.log_likelihoods = log_likelihoods(tree, data);
+    start.policy = std::make_shared<TreePolicy>(tree, 1, layout);
     return start;
   } catch (const FitError& error) {
     policy.refuse("fit", fmt::format("no model can be fitted: {}", error.what()));

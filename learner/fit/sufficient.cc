@@ -17,11 +17,11 @@ double sufficient_error(const Eigen::MatrixXd& data, int input_dim) {
 
 void refuse_sizes(const SizeSearch& search, double least, const std::string& refusal) {
   throw FitError(fmt::format(
-      "of up to {} {} none come within {:.2g} of the outputs' rms{}, {}: say how many there are to "
-      "be",
-      search.sizes.most, search.what, search.enough,
+      "of up to {} {} none come within {:.2g} of the outputs' rms{}, {}: {}", search.sizes.most,
+      search.what, search.enough,
       search.enough > kSufficientError ? ", and so of the recordings' mean within a tenth" : "",
-      std::isfinite(least) ? fmt::format("the best within {:.2g}", least) : refusal));
+      std::isfinite(least) ? fmt::format("the best within {:.2g}", least) : refusal,
+      search.way_out));
 }
 
 }  // namespace treeroll

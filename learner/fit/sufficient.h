@@ -30,6 +30,7 @@ struct SizeSearch {
   SizeRange sizes;
   const char* what;  ///< sizes count: "components"
   double enough = kSufficientError;
+  std::string way_out = "say how many there are to be";  ///< where none will
 };
 
 template <typename Start>

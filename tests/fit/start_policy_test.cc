@@ -10,6 +10,7 @@
 #include "common/settings/settings_reader.h"
 #include "learner/fit/demonstration.h"
 #include "learner/fit/fit_tree.h"
+#include "tests/fit/read_start.h"
 #include "tests/fit/start_tree.h"
 #include "tests/mixture/random_mixture.h"
 
@@ -95,6 +96,35 @@ TEST(StartPolicyTest, CountsComponentsItselfWhereAsked) {
   EXPECT_LE(relative_regression_error(tree_of(bottom_up).finest(), demonstrate({})), .1);
 }
 
+/// Three joints of a robot at 200 a second: all sizes together would take too long, and the first
+/// that is near enough does not.
+TEST(StartPolicyTest, CountsTheComponentsOfALongRecording) {
+  const char* table =
+      R"({"model": "top_down_tree", "components": "auto", "fit": {"iterations": 20}, "demonstration":
+      {"kind": "csv", "files": ["a.csv"], "inputs": ["t"], "outputs": ["x", "y", "z"]}})";
+  std::string arm = "t,x,y,z\n";
+  std::string noise = arm;
+  for (int n = 0; n < 1200; ++n) {
+    const double t = n / 200.;
+    arm += fmt::format("{},{},{},{}\n", t, std::sin(t), std::cos(t), std::sin(t + 1));
+    const double jump = n / 10 % 2 == 0 ? 1 : -1;
+    noise += fmt::format("{},{},{},{}\n", t, jump, 2 * jump, -jump);
+  }
+  const auto read = [&](const std::string& text) {
+    return [text](const std::string&) { return text; };
+  };
+  EXPECT_EQ(tree_of(read_start(table, {.read_file = read(arm)})).num_layers(), 2);
+  // Where none is, the way out that is named is not refused.
+  const std::string refusal = refusal_of(table, {.read_file = read(noise)});
+  EXPECT_THAT(refusal, HasSubstr("of up to 14 components none come within 0.1"));
+  EXPECT_THAT(refusal, HasSubstr("too long with so many samples: say how many there are to be, at "
+                                 "most 24"));
+  EXPECT_EQ(refusal_of(R"({"model": "flat", "components": [24], "demonstration": {"kind": "csv",
+      "files": ["a.csv"], "inputs": ["t"], "outputs": ["x", "y", "z"]}})",
+                       {.read_file = read(arm)}),
+            "accepted");
+}
+
 /// Defaults of two kinds of demonstration regularise the same data differently, and EM ends in two
 /// places: refined, they are worth the same.
 TEST(StartPolicyTest, OneDemonstrationGivesOneCurveWhateverItCameFrom) {
@@ -170,11 +200,13 @@ TEST(StartPolicyTest, RefusesWhatCannotBeUsedNamingTheKey) {
       {R"({"fit": {"refine": "none", "stop_relative_error": 0.1}})",
        "policy.fit.stop_relative_error"},
       {R"({"components": "auto", "fit": {"refine": "none"}})", "needs fit.refine"},
-      {R"({"components": "auto", "demonstration": {"samples": 20000}})", "over all sizes"},
-      {R"({"components": "auto", "fit": {"iterations": 100000}})", "components x samples"},
+      {R"({"components": "auto", "demonstration": {"samples": 10000},
+           "fit": {"iterations": 100000}})",
+       "components x samples"},
       {R"({"components": "some"})", "must be a list of numbers"},
       {R"({"model": "flat", "components": [64], "demonstration": {"samples": 10000}})",
-       "numbers^2 x (outputs x samples"},
+       "numbers^2 x (outputs x samples + 8/3 numbers) must be at most 200000000; take at most 27 "
+       "components"},
       {R"({"fit": {"iterations": 100000}, "demonstration": {"samples": 100000}})",
        "components x samples x iterations"},
       {R"({"model": "flat", "components": [4], "demonstration": {"samples": 4},
