@@ -51,6 +51,7 @@ const json* SettingsReader::find(std::string_view key) {
 
 bool SettingsReader::has(std::string_view key) const {
   if (record_) {
+    record_->asked.push_back(full(key));
     record_->asked_whether_there.push_back(full(key));
     if (record_->present.contains(full(key))) return true;
   }
@@ -66,6 +67,7 @@ const json* SettingsReader::value_of(std::string_view key, bool has_fallback, co
   }
   KeyNote noted = note();
   noted.key = full(key);
+  record_->asked.push_back(noted.key);
   const std::string fallback = noted.otherwise;
   if (!help.unit.empty()) noted.type += fmt::format(" in {}", help.unit);
   if (!help.rule.empty()) noted.rule = help.rule;
@@ -179,7 +181,10 @@ std::string SettingsReader::text_of(std::string_view key, const json* value,
 }
 
 bool SettingsReader::is_word(std::string_view key, std::string_view word, const KeyHelp& help) {
-  if (record_) record_->asked_for_word.emplace_back(full(key), json(word).dump());
+  if (record_) {
+    record_->asked.push_back(full(key));
+    record_->asked_for_word.emplace_back(full(key), json(word).dump());
+  }
   const auto found = table_->find(std::string(key));
   if (found == table_->end() || !found->is_string() || *found != word) return false;
   text_of(key,

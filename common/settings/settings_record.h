@@ -27,6 +27,7 @@ struct KeyNote {
 struct SettingsRecord {
   std::set<std::string> present;  ///< these are there, though the table does not hold them
 
+  std::vector<std::string> asked;  ///< keys in the order of the questions, whatever these were
   std::vector<KeyNote> notes;
   std::vector<std::string> answers;  ///< JSON, a note each: what the reader gave
   std::vector<std::string> asked_whether_there;

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "common/base/config_error.h"
+#include "common/settings/note_conditions.h"
 #include "common/settings/settings_reader.h"
 
 namespace treeroll {
@@ -30,27 +31,10 @@ struct Reading {
   Assignment set;
   SettingsRecord record;
   bool is_refused = false;
+  int depth = 0;  ///< alternatives on the way from nothing set
 };
 
-/// layer_1 and layer_2 are one place: layer_N.
-std::string place_of(const std::string& key) {
-  std::string place;
-  for (std::size_t i = 0; i < key.size(); ++i) {
-    const bool is_digit = key[i] >= '0' && key[i] <= '9';
-    if (is_digit && !place.empty() && (place.back() == '_' || place.ends_with("_N"))) {
-      if (place.back() == '_') place += 'N';
-    } else {
-      place += key[i];
-    }
-  }
-  return place;
-}
-
-/// A note as the reference has it: of the place, not of the one key.
-KeyNote placed(KeyNote note) {
-  note.key = place_of(note.key);
-  return note;
-}
+std::string table_of(const std::string& key) { return key.substr(0, key.rfind('.') + 1); }
 
 class Lister {
  public:
@@ -74,11 +58,6 @@ class Lister {
   }
 
  private:
-  struct Accepted {
-    std::set<KeyNote> notes;      ///< placed
-    std::set<std::string> asked;  ///< places
-  };
-
   struct Alternative {
     std::string word;  ///< JSON; empty: the key is absent
     Reading reading;
@@ -87,12 +66,7 @@ class Lister {
   /// What is asked for only where it is there is not required. Whether that is asked comes to light
   /// after the key itself, maybe: two notes become one then.
   void add_entry(const KeyNote& note) {
-    ListedKey entry{note, {}};
-    for (const auto& [of_key, words] : conditions_[note]) {
-      if (holds_without(note, of_key)) continue;
-      entry.conditions.insert(entry.conditions.end(), words.begin(), words.end());
-    }
-    std::ranges::sort(entry.conditions);
+    ListedKey entry{note, conditions_.of(note)};
     if (note.otherwise.empty() && optional_.contains(note.key)) entry.note.otherwise = "none";
     for (ListedKey& known : reference_.keys) {
       if (known.note != entry.note) continue;
@@ -104,25 +78,6 @@ class Lister {
       return;
     }
     reference_.keys.push_back(std::move(entry));
-  }
-
-  /// A condition was found within one reading. It is none of a note that another one has without
-  /// having asked for the condition's key: there, the key would be unknown.
-  bool holds_without(const KeyNote& note, const std::string& key) const {
-    return std::ranges::any_of(accepted_, [&](const Accepted& reading) {
-      return reading.notes.contains(note) && !reading.asked.contains(key);
-    });
-  }
-
-  /// What a reading that was not refused has asked for.
-  void accept(const SettingsRecord& record) {
-    Accepted& accepted = accepted_.emplace_back();
-    for (const KeyNote& note : record.notes) {
-      accepted.notes.insert(placed(note));
-      accepted.asked.insert(place_of(note.key));
-    }
-    for (const std::string& key : record.asked_whether_there) accepted.asked.insert(place_of(key));
-    for (const auto& [key, word] : record.asked_for_word) accepted.asked.insert(place_of(key));
   }
 
   Reading reading(Assignment set) {
@@ -151,7 +106,11 @@ class Lister {
       for (const std::string& key : result.set.present) tried.push_back(key);
       reference_.refused.push_back(fmt::format("{}: {}", fmt::join(tried, ", "), reason));
     }
-    if (!result.is_refused) accept(result.record);
+    if (!result.is_refused) {
+      conditions_.accept(result.record, [&](const std::string& key) {
+        return result.set.present.contains(key) || result.set.words.contains(key);
+      });
+    }
     const auto& asked = result.record.asked_whether_there;
     for (const std::string& key : asked) optional_.insert(place_of(key));
     return result;
@@ -181,7 +140,7 @@ class Lister {
     for (std::size_t i = 0; i < base.record.notes.size(); ++i) {
       const KeyNote& note = base.record.notes[i];
       if (note.words.empty() || base.set.words.contains(note.key)) continue;
-      if (!is_new(note.key, fmt::format("{}", fmt::join(note.words, "|")))) continue;
+      if (!is_new(base, note.key, fmt::format("{}", fmt::join(note.words, "|")))) continue;
       std::vector<Alternative> all;
       all.push_back({base.record.answers[i], base});
       add_words(base, note, all);
@@ -189,7 +148,7 @@ class Lister {
     }
     for (const std::string& key : base.record.asked_whether_there) {
       if (base.set.words.contains(key) || base.set.present.contains(key)) continue;
-      if (!is_new(key, "there")) continue;
+      if (!is_new(base, key, "there")) continue;
       Assignment set = base.set;
       set.present.insert(key);
       std::vector<Alternative> all;
@@ -200,13 +159,14 @@ class Lister {
       if (note == there.record.notes.end() || note->words.empty()) {
         all.push_back({"there", std::move(there)});
       } else {
-        is_new(key, fmt::format("{}", fmt::join(note->words, "|")));
+        is_new(base, key, fmt::format("{}", fmt::join(note->words, "|")));
         add_words(base, *note, all);
       }
       compare(key, std::move(all));
     }
     for (const auto& [key, word] : base.record.asked_for_word) {
-      if (base.set.words.contains(key) || !is_new(key, word)) continue;
+      conditions_.offer(place_of(key), {word});
+      if (base.set.words.contains(key) || !is_new(base, key, word)) continue;
       Assignment set = base.set;
       set.words[key] = word;
       std::vector<Alternative> all;
@@ -216,8 +176,44 @@ class Lister {
     }
   }
 
-  bool is_new(const std::string& key, const std::string& question) {
-    return tried_.insert(place_of(key) + " " + question).second;
+  /// A question is tried once, and once more beside each word of a choice that brings other keys
+  /// of the same table and comes before it: what hangs on the answer may be another there.
+  bool is_new(const Reading& base, const std::string& key, const std::string& question) {
+    const std::string asked = place_of(key) + " " + question;
+    bool is_new = tried_.insert(asked).second;
+    for (const auto& [of_key, word] : context_of(base, key)) {
+      is_new = tried_.insert(fmt::format("{} {} {}", asked, of_key, word)).second;
+    }
+    return is_new;
+  }
+
+  /// The word beside which a question is tried again; more than one where one brought the other.
+  std::map<std::string, std::string> context_of(const Reading& base, const std::string& key) const {
+    if (base.depth != 1) return {};
+    const auto place_in_reading = [&](const std::string& of) {
+      return std::ranges::find(base.record.asked, of) - base.record.asked.begin();
+    };
+    std::map<std::string, std::string> words = base.set.words;
+    std::erase_if(words, [&](const auto& set) {
+      return !brings_keys_.contains(set.first) || table_of(set.first) != table_of(key) ||
+             place_in_reading(key) < place_in_reading(set.first);
+    });
+    return words;
+  }
+
+  /// Whether alternatives of a key ask for different keys of its table.
+  static bool brings_keys(const std::string& key, const std::vector<Alternative>& all) {
+    const auto keys_of = [&](const Alternative& alternative) {
+      std::set<std::string> keys;
+      for (const KeyNote& note : alternative.reading.record.notes) {
+        if (table_of(note.key) == table_of(key)) keys.insert(note.key);
+      }
+      keys.erase(key);
+      return keys;
+    };
+    return std::ranges::any_of(all, [&](const Alternative& alternative) {
+      return !alternative.reading.is_refused && keys_of(alternative) != keys_of(all.front());
+    });
   }
 
   /// A reading with each word that `all` does not have yet.
@@ -233,6 +229,7 @@ class Lister {
 
   /// Which keys are asked for by some alternatives only.
   void compare(const std::string& key, std::vector<Alternative> all) {
+    if (brings_keys(key, all)) brings_keys_.insert(key);
     std::map<KeyNote, std::set<std::size_t>> seen;
     for (std::size_t a = 0; a < all.size(); ++a) {
       for (const KeyNote& note : all[a].reading.record.notes) {
@@ -249,36 +246,44 @@ class Lister {
         // Where a word stands for what an absent key means, the word says it.
         if (where.contains(a) && !all[a].word.empty()) words.push_back(all[a].word);
       }
+      if (always) continue;
+      for (const auto& [of_key, word] : context_of(all.front().reading, key)) {
+        conditions_.found(note, of_key).words.insert(word);
+      }
+      NoteConditions::Condition& condition = conditions_.found(note, place_of(key));
       // Every word there is, and not its absence.
       if (words.size() > 1 && words.size() + 1 == all.size() && all.front().word.empty()) {
         words = {"there"};
       }
-      if (!always) conditions_[note][place_of(key)].insert(condition(place_of(key), words));
+      if (words.empty()) {
+        condition.without = true;
+      } else if (words.front() == "there") {
+        condition.with = true;
+      } else {
+        condition.words.insert(words.begin(), words.end());
+      }
     }
+    const int depth = all.front().reading.depth + 1;
     for (std::size_t a = 0; a < all.size(); ++a) {
       for (const KeyNote& note : all[a].reading.record.notes) keep(note);
-      if (a > 0) waiting_.push_back(std::move(all[a].reading));
+      if (a == 0) continue;
+      all[a].reading.depth = depth;
+      waiting_.push_back(std::move(all[a].reading));
     }
-  }
-
-  static std::string condition(const std::string& key, const std::vector<std::string>& words) {
-    if (words.empty()) return fmt::format("without `{}`", key);
-    if (words.front() == "there") return fmt::format("with `{}`", key);
-    return fmt::format("`{} = {}`", key, fmt::join(words, "` or `"));
   }
 
   void keep(const KeyNote& note) {
     const KeyNote kept = placed(note);
+    conditions_.offer(kept.key, note.words);
     ranks_.try_emplace(kept.key, ranks_.size());
     if (kept_.insert(kept).second) order_.push_back(kept);
   }
 
   /// Of a key: first that of its table's first key, then its own.
   std::pair<std::size_t, std::size_t> rank(const std::string& key) const {
-    const std::string table = key.substr(0, key.rfind('.') + 1);
     std::size_t first = ranks_.at(key);
     for (const auto& [other, number] : ranks_) {
-      if (other.substr(0, other.rfind('.') + 1) == table) first = std::min(first, number);
+      if (table_of(other) == table_of(key)) first = std::min(first, number);
     }
     return {first, ranks_.at(key)};
   }
@@ -287,12 +292,12 @@ class Lister {
   const std::function<void(SettingsReader&)>& read_;
   std::deque<Reading> waiting_;
   std::set<std::string> tried_;
-  std::set<std::string> optional_;  ///< places
+  std::set<std::string> brings_keys_;  ///< choices whose words do, as far as is known
+  std::set<std::string> optional_;     ///< places
   std::map<std::string, std::size_t> ranks_;
   std::set<KeyNote> kept_;
   std::vector<KeyNote> order_;
-  std::vector<Accepted> accepted_;
-  std::map<KeyNote, std::map<std::string, std::set<std::string>>> conditions_;  ///< by their key
+  NoteConditions conditions_;
   SettingsReference reference_;
 };
 

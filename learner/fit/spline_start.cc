@@ -1,6 +1,7 @@
 #include "learner/fit/spline_start.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <functional>
@@ -88,8 +89,9 @@ StartPolicy read_constant_spline(SettingsReader& policy, const std::vector<doubl
   const std::vector<double> values = read_constant_outputs(policy);
   std::vector<double> otherwise;
   for (const double cubic : sizes) otherwise.push_back(cubic - 3 + degree);
-  auto ladder = read_ladder(policy, degree, range, otherwise,
-                            "[4, 5, 7, 11] of degree 3; of others as many spans");
+  auto ladder =
+      read_ladder(policy, degree, range, otherwise,
+                  fmt::format("[{}] of degree 3; of others as many spans", fmt::join(sizes, ", ")));
   Eigen::MatrixXd coefficients(values.size(), ladder->finest().size());
   for (std::size_t o = 0; o < values.size(); ++o) {
     coefficients.row(static_cast<Eigen::Index>(o)).setConstant(values[o]);

@@ -51,7 +51,8 @@ TEST(SettingsReferenceTest, FindsKeysOfEveryWordOfAChoiceAndOfChoicesBelow) {
             "\"pi2\"` or `\"cem\"`.\n"
             "- `exploration.few`: true or false; default false; only `exploration.rule = "
             "\"cem\"`.\n"
-            "- `exploration.elites`: number, above 0; required; only `exploration.few = true`.\n");
+            "- `exploration.elites`: number, above 0; required; only `exploration.few = true`, "
+            "and\n  `exploration.rule = \"cem\"`.\n");
 }
 
 TEST(SettingsReferenceTest, FindsWhatAKeyBringsThatMayBeAbsent) {
@@ -86,6 +87,46 @@ TEST(SettingsReferenceTest, AConditionIsNoneWhereAnotherReadingHasTheKeyWithoutI
   EXPECT_THAT(text, HasSubstr("`exploration.coordinates`: \"effect\" or \"noise\"; default "
                               "\"effect\"; only `exploration.rule = \"cma\"`.\n"));
   EXPECT_THAT(text, testing::Not(HasSubstr("only `exploration.coordinates")));
+}
+
+/// Two kinds ask one question, and what hangs on the answer is another key with each.
+TEST(SettingsReferenceTest, AQuestionIsTriedBesideEachWordThatBringsOtherKeys) {
+  const SettingsReference keys = list_settings("policy", [](SettingsReader& reader) {
+    const std::string kind = reader.choice("kind", {"tree", "spline", "network"}, "tree");
+    if (kind == "network") {
+      reader.integer("hidden", 1, 9, 5);
+      return;
+    }
+    const bool is_constant = reader.choice("start", {"fit", "constant"}, "fit") == "constant";
+    if (kind == "spline") reader.integer("degree", 0, 7, 3);
+    if (is_constant) reader.number("range", kPositive, kind == "tree" ? 1 : 2);
+    if (is_constant) reader.integer("value", 0, 1, 0);
+  });
+  const std::string text = reference_text(keys, "");
+  EXPECT_THAT(text, HasSubstr("- `policy.range`: number, above 0; default 1.0; only "
+                              "`policy.start = \"constant\"`.\n"));
+  EXPECT_THAT(text, HasSubstr("- `policy.range`: number, above 0; default 2.0; only `policy.kind = "
+                              "\"spline\"`, and `policy.start =\n  \"constant\"`.\n"));
+  EXPECT_THAT(text,
+              HasSubstr("- `policy.value`: integer, 0 to 1; default 0; only `policy.kind = "
+                        "\"tree\"` or `\"spline\"`, and\n  `policy.start = \"constant\"`.\n"));
+}
+
+/// What chooses a kind by itself asks the questions of the kind that it comes to.
+TEST(SettingsReferenceTest, AConditionHoldsOfEveryReadingThatHasTheKey) {
+  const SettingsReference keys = list_settings("policy", [](SettingsReader& reader) {
+    const std::string kind = reader.choice("kind", {"auto", "spline", "network"}, "spline");
+    if (kind == "network" || (kind == "auto" && reader.has("ranges"))) {
+      reader.integer("hidden", 1, 9, 5);
+    } else {
+      reader.integer("degree", 0, 7, 3);
+    }
+  });
+  const std::string text = reference_text(keys, "");
+  EXPECT_THAT(text, HasSubstr("`policy.hidden`: integer, 1 to 9; default 5; only `policy.kind = "
+                              "\"auto\"` or `\"network\"`.\n"));
+  EXPECT_THAT(text, HasSubstr("`policy.degree`: integer, 0 to 7; default 3; only `policy.kind = "
+                              "\"auto\"` or `\"spline\"`.\n"));
 }
 
 TEST(SettingsReferenceTest, NumberedTablesAreOnePlace) {
@@ -125,7 +166,7 @@ TEST(SettingsReferenceTest, AKeyIsOptionalHoweverLateThatShows) {
     }
   });
   EXPECT_EQ(reference_text(keys, ""),
-            "- `d.files`: 1 to 3 strings; default none; only without `d.content`.\n"
+            "- `d.files`: 1 to 3 strings; default none.\n"  // beside d.content too
             "- `d.content`: text; default none; only without `d.files`.\n");
   ASSERT_EQ(keys.plain.size(), 1u);
   EXPECT_EQ(keys.plain[0].key, "d.files");

@@ -15,6 +15,7 @@ namespace treeroll {
 namespace {
 
 using nlohmann::json;
+using ::testing::ElementsAre;
 using ::testing::UnorderedElementsAre;
 
 const std::vector<StudyTableReference>& reference() {
@@ -66,6 +67,37 @@ TEST(StudyReferenceTest, EveryKeyOfEveryShippedStudyIsListed) {
     }
   }
   EXPECT_GE(num_studies, 16u);
+}
+
+/// Under which other keys one is asked for that has this default.
+std::vector<std::string> listed_conditions(const std::string& key, const std::string& otherwise) {
+  for (const StudyTableReference& table : reference()) {
+    for (const ListedKey& listed : table.keys.keys) {
+      if (listed.note.key == key && listed.note.otherwise == otherwise) return listed.conditions;
+    }
+  }
+  return {"not listed"};
+}
+
+/// Kind "auto" asks for the keys of the kind that it comes to, and two kinds ask for one key beside
+/// another start.
+TEST(StudyReferenceTest, SaysOfEveryKindThatTakesAKey) {
+  const std::string from_nothing = "`policy.start = \"constant\"`";
+  EXPECT_THAT(listed_conditions("policy.hidden", "5"),
+              ElementsAre("`policy.kind = \"auto\"` or `\"network\"`"));
+  EXPECT_THAT(listed_conditions("policy.seed", "1"),
+              ElementsAre("`policy.kind = \"auto\"` or `\"network\"`"));
+  EXPECT_THAT(listed_conditions("policy.coefficients", "[8] of degree 3; of others as many spans"),
+              ElementsAre("`policy.kind = \"auto\"` or `\"correction\"`"));
+  EXPECT_THAT(listed_conditions("policy.coefficients",
+                                "[4, 5, 7, 11] of degree 3; of others as many spans"),
+              ElementsAre("`policy.kind = \"spline\"`", from_nothing));
+  EXPECT_THAT(listed_conditions("policy.functions", "8"),
+              ElementsAre("`policy.kind = \"rbf\"`", from_nothing));
+  EXPECT_THAT(listed_conditions("policy.range", ""),
+              ElementsAre("`policy.kind = \"auto\"` or `\"dmp\"` or `\"ds_gmr\"` or `\"rbf\"` or "
+                          "`\"spline\"`",
+                          "`policy.start = \"components\"` or `\"constant\"`"));
 }
 
 /// What the reference tried in vain: what is behind such a refusal could hide a key.
