@@ -126,16 +126,23 @@ RandomStream draws_of(int seed) {
 int count_starts(SettingsReader& policy, const Demonstration& demonstration, int num_hidden) {
   const double inputs = demonstration.input_dim;
   const double outputs = static_cast<double>(demonstration.data.rows()) - inputs;
-  const double numbers = num_hidden * (inputs + 1) + outputs * (num_hidden + 1);
   const double samples = static_cast<double>(demonstration.data.cols());
-  const double products = numbers * numbers * (samples * outputs + 8 * numbers / 3);
-  if (products > kProductsMax) {
-    policy.refuse("hidden", fmt::format("a fit of {:.0f} numbers to {} outputs of {} samples takes "
-                                        "too long: numbers^2 x (outputs x samples + 8/3 numbers) "
-                                        "must be at most {:.0f}",
-                                        numbers, outputs, samples, kProductsMax));
+  const auto numbers = [&](int hidden) { return hidden * (inputs + 1) + outputs * (hidden + 1); };
+  const auto products = [&](int hidden) {
+    const double n = numbers(hidden);
+    return n * n * (samples * outputs + 8 * n / 3);
+  };
+  if (products(num_hidden) > kProductsMax) {
+    int most = num_hidden - 1;
+    while (most > 0 && products(most) > kProductsMax) --most;
+    policy.refuse(
+        "hidden",
+        fmt::format("a fit of {:.0f} numbers to {} outputs of {} samples takes too long: "
+                    "numbers^2 x (outputs x samples + 8/3 numbers) must be at most {:.0f}; take {}",
+                    numbers(num_hidden), outputs, samples, kProductsMax,
+                    most > 0 ? fmt::format("at most {} hidden units", most) : "fewer samples"));
   }
-  return std::clamp(static_cast<int>(kProductsMax / products), 1, kStartsMax);
+  return std::clamp(static_cast<int>(kProductsMax / products(num_hidden)), 1, kStartsMax);
 }
 
 Network fit_network(const Demonstration& demonstration, int num_hidden, int num_starts,

@@ -79,7 +79,8 @@ TEST(NetworkStartTest, RefusesWhatCannotBeUsedNamingTheKey) {
       {R"({"kind": "network", "hidden": 0})", "policy.hidden"},
       {R"({"kind": "network", "hidden": 65})", "policy.hidden"},
       {R"({"kind": "network", "hidden": 64, "demonstration": {"samples": 20000}})",
-       "takes too long"},
+       "takes too long: numbers^2 x (outputs x samples + 8/3 numbers) must be at most 200000000; "
+       "take at most 32 hidden units"},
       {R"({"kind": "network", "start": "constant"})", "policy.ranges"},
       {R"({"kind": "network", "start": "constant", "ranges": [[1, 1]]})",
        "must begin before it ends"},
