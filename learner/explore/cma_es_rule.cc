@@ -46,7 +46,7 @@ class CmaEsRule final : public PopulationRule {
     small_noise_ = step * step * start.distribution.noise;
   }
 
-  /// Where nothing earns anything further ones follow: that has converged as anything else has.
+  /// Where a trial of sizes earns nothing further ones follow: that has converged as anything else.
   bool is_trial() const override { return systematic_ || (scales_ && is_first_generation()); }
   Eigen::VectorXd next_normal_numbers(RandomStream stream) override {
     if (cautious_ && !std::exchange(has_drawn_mean_, true)) {
@@ -93,8 +93,12 @@ class CmaEsRule final : public PopulationRule {
     for (const ToldRollout& member : generation) rated.push_back(member.rated);
     if (systematic_) {
       systematic_->learn(rated);
-      if (systematic_->is_over()) end_systematic_search();
-      return systematic_ ? before : search_.distribution();
+      if (systematic_->is_over()) {
+        end_systematic_search();
+        return search_.distribution();
+      }
+      // Where a run may end here its policy is the best one.
+      return {is_worth_going() ? systematic_->best().theta : before.mean, before.noise};
     }
     if (cautious_) {
       start_ = of_mean(rated, cautious_->mean);
@@ -131,12 +135,12 @@ class CmaEsRule final : public PopulationRule {
 
   /// Goes on near what has been found with small steps, or boldly as before.
   void end_systematic_search() {
-    const RatedRollout found = systematic_->best();
-    systematic_.reset();
-    if (found.reward > kWorthGoing * best_boldly_) {
-      begin_anew({found.theta, small_noise_}, settings_.rate_factor);
+    if (is_worth_going()) {
+      begin_anew({systematic_->best().theta, small_noise_}, settings_.rate_factor);
     }
+    systematic_.reset();
   }
+  bool is_worth_going() const { return systematic_->best().reward > kWorthGoing * best_boldly_; }
 
   /// Without the mean among them it earned nothing, in a generation that taught nothing.
   static RatedRollout of_mean(std::span<const RatedRollout> generation,

@@ -23,6 +23,7 @@ constexpr const char* kRuleWithVariance = "power";
 constexpr const char* kRuleWithout = "auto";
 /// Deviations of the output in the first steps, as a share of its size.
 constexpr double kSmallStep = .005;
+constexpr double kBoldStep = .08;
 constexpr double kBoldFromNothing = .3;
 /// Of start_work(): some seconds of a processor. A learner says nothing meanwhile.
 constexpr double kStartWorkMax = 1e9;
@@ -144,9 +145,9 @@ class Reader {
              "with the default",
          .unit = "the output's unit",
          .otherwise = ".005 of output_scale; .1 of it for a start that does nothing"});
-    settings_.bold_step = (is_from_nothing ? kBoldFromNothing : kBoldStep) *
-                          settings_.output_scale *
-                          std::min(1., *settings_.initial_step / usual_step);
+    settings_.boldness = std::min(1., *settings_.initial_step / usual_step);
+    settings_.bold_step = settings_.boldness * (is_from_nothing ? kBoldFromNothing : kBoldStep) *
+                          settings_.output_scale;
   }
 
   void read_layers(const Policy& start) {

@@ -14,8 +14,6 @@ namespace treeroll::explore {
 
 /// Deviation of the output in the first steps from nothing, as a share of its size.
 inline constexpr double kStepFromNothing = .1;
-/// The same for a start that is far from good.
-inline constexpr double kBoldStep = .08;
 
 /// Settings of one run's search: thesis table 3-2. The defaults are those of table 4-3.
 struct ExplorationSettings {
@@ -37,6 +35,8 @@ struct ExplorationSettings {
   std::optional<Metric> metric;
   double output_scale = 0;  ///< size of the output, above 0 with `metric`
   double bold_step = 0;     ///< as initial_step: for a start that is far from good
+  /// Of all bold steps: initial_step as a share of its default, at most 1.
+  double boldness = 1;
   /// Nobody has told the size of the output, and the start does nothing: the rule tries some.
   bool tries_scale = false;
   bool reuse = true;    ///< the next layer begins with the experience of the one left

@@ -1,5 +1,6 @@
 #include "learner/explore/layer_start.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -64,12 +65,6 @@ LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy
     start.distribution.noise = *settings.initial_step * *settings.initial_step * unit;
     start.noise_variance = start.distribution.noise.diagonal();
     start.bolder = settings.bold_step / *settings.initial_step;
-    start.systematic_steps =
-        systematic_steps(effect,
-                         *settings.metric == Metric::kFull
-                             ? unit
-                             : step_covariance(effect, Metric::kFull, settings.output_scale),
-                         settings.bold_step, policy.input_dim());
     return start;
   }
   start.noise_variance = settings.initial_step
@@ -82,7 +77,16 @@ LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy
 }
 
 LayerStart first_start(const ExplorationSettings& settings, const Policy& start) {
-  return fresh_start(settings, *start.at_layer(settings.first_layer));
+  const PolicyPtr policy = start.at_layer(settings.first_layer);
+  LayerStart first = fresh_start(settings, *policy);
+  if (!settings.metric || settings.tries_scale) return first;
+  const PolicyEffect effect = policy->effect();
+  if (does_something(effect)) {
+    const double boldness =
+        settings.boldness * std::min(1., settings.output_scale / output_size(effect));
+    first.systematic_steps = systematic_steps(effect, boldness, policy->input_dim());
+  }
+  return first;
 }
 
 LayerStart start_with_experience(const ExplorationSettings& settings, const UpdateRule& rule,
@@ -91,7 +95,6 @@ LayerStart start_with_experience(const ExplorationSettings& settings, const Upda
   LayerStart start = fresh_start(settings, *next.policy);
   start.bolder = 1;
   start.of_scales.clear();
-  start.systematic_steps.clear();
   const std::optional<Eigen::MatrixXd> jacobian =
       projection_jacobian(next.project, carried, rule.distribution().noise.diagonal().cwiseSqrt());
   Inheritance given = rule.inheritance({next.project, start, jacobian, num_results_of_run});

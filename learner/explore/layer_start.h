@@ -20,21 +20,22 @@ struct LayerStart {
   Eigen::VectorXd noise_variance;        ///< n x 1: gamma = 1, (minimum noise) / eps_noise
   std::vector<RatedRollout> experience;  ///< of earlier layers, in theta of this one
   /// What multiplies the deviations of the initial noise for a start that is far from good: for
-  /// rules that try. 1 where nothing is known of it, and in a layer that follows another.
+  /// rules that try. 1 where nothing is known of it, and in a layer that reuses experience.
   double bolder = 1;
   /// Noises that go with some sizes of the output, where the policy does nothing and nobody has
   /// told the size: for rules that try, with `bolder`. The first is `distribution`'s. Empty where
   /// the size is known.
   std::vector<Eigen::MatrixXd> of_scales = {};
-  /// Of systematic_steps(), for rules that try. Empty where the policy does nothing, and in a layer
-  /// that follows another.
+  /// Of systematic_steps(), for rules that try. Empty where the policy does nothing, and but in the
+  /// first layer: what is learnt by then is no demonstration.
   std::vector<Eigen::VectorXd> systematic_steps = {};
 };
 
 /// The policy as it stands with the initial noise and no experience.
 LayerStart fresh_start(const ExplorationSettings& settings, const Policy& policy);
 
-/// What runs with these settings begin with: fresh_start() of their first layer.
+/// What runs with these settings begin with: fresh_start() of their first layer, and what its
+/// demonstration may be wrong by.
 LayerStart first_start(const ExplorationSettings& settings, const Policy& start);
 
 /// The roll-outs of a layer that is left as roll-outs of the next. Those that no policy of the next

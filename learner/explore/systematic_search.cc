@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "common/base/check.h"
-#include "learner/explore/exploration_settings.h"
 #include "learner/explore/metric.h"
 
 namespace treeroll::explore {
@@ -14,6 +13,8 @@ namespace {
 constexpr double kGain = .3;
 constexpr double kOffset = .15;
 constexpr double kShift = .05;
+/// Of the gain's change: a change of less is none.
+constexpr double kSame = .01;
 constexpr int kGenerations = 4;
 constexpr double kShrink = .7;
 
@@ -32,25 +33,29 @@ Eigen::MatrixXd slope(const Eigen::MatrixXd& outputs) {
 
 }  // namespace
 
-std::vector<Eigen::VectorXd> systematic_steps(const PolicyEffect& effect,
-                                              const Eigen::MatrixXd& unit, double bold_step,
+std::vector<Eigen::VectorXd> systematic_steps(const PolicyEffect& effect, double boldness,
                                               int num_inputs) {
-  if (!does_something(effect)) return {};
   const Eigen::MatrixXd& outputs = effect.outputs;
   const Eigen::Index count = outputs.rows();
-  // `unit` is the inverse of J^T J / N, but for directions that hardly move the outputs.
-  const double share = std::min(1., bold_step / (kBoldStep * output_size(effect)));
-  const auto step_for = [&](const Eigen::MatrixXd& change) -> Eigen::VectorXd {
-    return unit * (effect.derivative.transpose() * change.transpose().reshaped()) *
-           (share / static_cast<double>(count));
-  };
   const Eigen::RowVectorXd rms = outputs.cwiseAbs2().colwise().mean().cwiseSqrt();
-  std::vector<Eigen::VectorXd> steps = {step_for(kGain * outputs),
-                                        step_for(kOffset * rms.replicate(count, 1))};
+  std::vector<Eigen::MatrixXd> changes = {kGain * outputs, kOffset * rms.replicate(count, 1)};
   if (num_inputs == 1 && count > 1) {
     const Eigen::MatrixXd delay = kShift * slope(outputs);
-    steps.push_back(step_for(delay));
-    steps.push_back(step_for(Eigen::VectorXd::LinSpaced(count, 0, 1).asDiagonal() * delay));
+    changes.push_back(delay);
+    changes.push_back(Eigen::VectorXd::LinSpaced(count, 0, 1).asDiagonal() * delay);
+  }
+  // The inverse of J^T J / N, but for directions that hardly move the outputs.
+  const Eigen::MatrixXd unit = step_covariance(effect, Metric::kFull, output_size(effect));
+  std::vector<Eigen::VectorXd> steps;
+  Eigen::MatrixXd taken(outputs.size(), 0);  // orthonormal
+  for (const Eigen::MatrixXd& change : changes) {
+    const Eigen::VectorXd curve = change.transpose().reshaped();
+    const Eigen::VectorXd rest = curve - taken * (taken.transpose() * curve);
+    if (rest.norm() <= kSame * kGain * outputs.norm()) continue;
+    taken.conservativeResize(Eigen::NoChange, taken.cols() + 1);
+    taken.rightCols(1) = rest.normalized();
+    steps.push_back(boldness / static_cast<double>(count) *
+                    (unit * (effect.derivative.transpose() * curve)));
   }
   return steps;
 }

@@ -20,18 +20,16 @@ namespace treeroll::explore {
 /// - a delay: .05 of the input's range,
 /// - a tempo: the same at the end of the range, nothing at its beginning;
 ///
-/// as near as theta can, in the mean square over the inputs of `effect`.
-/// @param unit       step_covariance() of `effect` in the full metric
-/// @param bold_step  in the output's unit: all are as much shorter as this is below kBoldStep of
-/// the
-///                   output's size
-/// @return           theta_dim() numbers each; no step for a policy that does nothing
-std::vector<Eigen::VectorXd> systematic_steps(const PolicyEffect& effect,
-                                              const Eigen::MatrixXd& unit, double bold_step,
+/// nearly as theta can in the mean square over the inputs of `effect`. What moves nothing (the
+/// delay of a constant), or moves outputs as one before it does, is left out.
+/// @param effect    of a policy that does something
+/// @param boldness  above 0; a factor on all
+/// @return          theta_dim() numbers each
+std::vector<Eigen::VectorXd> systematic_steps(const PolicyEffect& effect, double boldness,
                                               int num_inputs);
 
-/// A search along a few steps alone, both ways: a generation tries all from the best roll-out so
-/// far, and the next one tries shorter steps. A pure function of what it is told.
+/// A search along a few steps alone, both ways: a generation tries all from the best roll-out that
+/// it has had, and the next one tries shorter steps. A pure function of what it is told.
 class SystematicSearch {
  public:
   /// @param start  theta to begin at, and what it has earned

@@ -34,8 +34,8 @@ class UpdateRule {
 
   /// Results of the layer that the first update takes: without it nothing counts as convergence.
   virtual int first_update() const = 0;
-  /// Whether the results that are told now are of a trial of sizes, one after the other: their
-  /// rewards rise and fall with the size, so convergence is not judged by them.
+  /// Whether the results that are told now are of a trial of sizes or of systematic steps: their
+  /// rewards rise and fall with these, so convergence is not judged by them.
   virtual bool is_trial() const { return false; }
   /// Whether another roll-out may be drawn before more results have been told.
   /// @param num_drawn  roll-outs of this layer drawn so far

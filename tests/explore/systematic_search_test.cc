@@ -4,28 +4,37 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
 #include "common/policy/linear/linear_policy.h"
 #include "common/policy/linear/spline_form.h"
-#include "learner/explore/metric.h"
 
 namespace treeroll::explore {
 namespace {
 
 constexpr int kCoefficients = 8;
 
-/// Cubic splines over [0, 2]: for each output a line from `low` to `high` times its factor.
-LinearPolicy line(double low, double high, std::vector<double> factors = {1}) {
+using Cubic = std::array<double, 4>;  // c[0] + c[1] t + ...
+
+double value(const Cubic& c, double t) { return c[0] + t * (c[1] + t * (c[2] + t * c[3])); }
+double slope(const Cubic& c, double t) { return c[1] + t * (2 * c[2] + t * 3 * c[3]); }
+
+/// As splines over [0, 2], for each output a factor. A coefficient is the cubic's polar form at the
+/// three knots inside its function's range.
+LinearPolicy spline(const Cubic& c, const std::vector<double>& factors = {1}) {
+  const auto knot = [](int i) { return .4 * std::clamp(i - 2, 0, 5); };
   Eigen::MatrixXd coefficients(factors.size(), kCoefficients);
   for (int i = 0; i < kCoefficients; ++i) {
-    // Where a coefficient stands: the mean of its three inner knots, on a grid of fifths.
-    double place = 0;
-    for (int knot = i - 2; knot <= i; ++knot) place += std::clamp(knot, 0, 5) / 15.;
+    const double x = knot(i);
+    const double y = knot(i + 1);
+    const double z = knot(i + 2);
+    const double polar =
+        c[0] + c[1] * (x + y + z) / 3 + c[2] * (x * y + y * z + z * x) / 3 + c[3] * x * y * z;
     for (std::size_t o = 0; o < factors.size(); ++o) {
-      coefficients(static_cast<Eigen::Index>(o), i) = factors[o] * (low + (high - low) * place);
+      coefficients(static_cast<Eigen::Index>(o), i) = factors[o] * polar;
     }
   }
   return {std::make_shared<SplineForm>(
@@ -33,10 +42,9 @@ LinearPolicy line(double low, double high, std::vector<double> factors = {1}) {
           coefficients, 1};
 }
 
-std::vector<Eigen::VectorXd> steps_of(const Policy& policy, double bold_step = 1e9,
+std::vector<Eigen::VectorXd> steps_of(const Policy& policy, double boldness = 1,
                                       int num_inputs = 1) {
-  const PolicyEffect effect = policy.effect();
-  return systematic_steps(effect, step_covariance(effect, Metric::kFull, 1), bold_step, num_inputs);
+  return systematic_steps(policy.effect(), boldness, num_inputs);
 }
 
 std::vector<double> outputs(const Policy& policy, const Eigen::VectorXd& theta, double time) {
@@ -45,38 +53,40 @@ std::vector<double> outputs(const Policy& policy, const Eigen::VectorXd& theta, 
   return out;
 }
 
-/// y = 2 + 3 t on [0, 2], whose mean square is 28; and a hundred times that.
 TEST(SystematicStepsTest, AreAGainAnOffsetADelayAndATempo) {
+  const Cubic curve = {-5, 20, -25, 8};
   const std::vector<double> factors = {1, 100};
-  const LinearPolicy policy = line(2, 8, factors);
+  const LinearPolicy policy = spline(curve, factors);
+  double square = 0;
+  for (int i = 0; i <= 1000; ++i) square += std::pow(value(curve, .002 * i), 2) / 1001;
   const std::vector<Eigen::VectorXd> steps = steps_of(policy);
   ASSERT_EQ(steps.size(), 4U);
-  for (const double time : {0., .5, 1.3, 2.}) {
-    const double y = 2 + 3 * time;
-    const double expected[] = {.3 * y, .15 * std::sqrt(28.), .05 * 6, .05 * 6 * time / 2};
+  for (const double t : {0., .5, 1.3, 2.}) {
+    const double delay = .05 * 2 * slope(curve, t);
+    const double expected[] = {.3 * value(curve, t), .15 * std::sqrt(square), delay, delay * t / 2};
     for (std::size_t k = 0; k < 4; ++k) {
-      const std::vector<double> changed = outputs(policy, policy.theta() + steps[k], time);
+      const std::vector<double> changed = outputs(policy, policy.theta() + steps[k], t);
       for (std::size_t o = 0; o < 2; ++o) {
-        EXPECT_NEAR(changed[o] / factors[o] - y, expected[k], .02)
-            << "step " << k << " of output " << o << " at " << time;
+        EXPECT_NEAR(changed[o] / factors[o] - value(curve, t), expected[k], .03)
+            << "step " << k << " of output " << o << " at " << t;
       }
     }
   }
 }
 
 TEST(SystematicStepsTest, OfSeveralInputsNoneIsTheTime) {
-  EXPECT_EQ(steps_of(line(2, 8), 1e9, 2).size(), 2U);
+  EXPECT_EQ(steps_of(spline({-5, 20, -25, 8}), 1, 2).size(), 2U);
 }
 
-/// A study that asks for small first steps gets small ones.
+/// On a robot each would be a motion more.
+TEST(SystematicStepsTest, NoneDoesNothingOrWhatOthersDo) {
+  EXPECT_EQ(steps_of(spline({5, 0, 0, 0})).size(), 1U);  // a constant's offset is a gain
+  EXPECT_EQ(steps_of(spline({2, 3, 0, 0})).size(), 2U);  // a line's delay is an offset
+}
+
 TEST(SystematicStepsTest, AreAsBoldAsTheStudyPermits) {
-  const LinearPolicy policy = line(5, 5);
-  EXPECT_EQ(steps_of(policy, .4), steps_of(policy));
-  EXPECT_TRUE(steps_of(policy, .04)[0].isApprox(.1 * steps_of(policy)[0]));
-}
-
-TEST(SystematicStepsTest, APolicyThatDoesNothingHasNone) {
-  EXPECT_TRUE(steps_of(line(0, 0)).empty());
+  const LinearPolicy policy = spline({-5, 20, -25, 8});
+  EXPECT_TRUE(steps_of(policy, .1)[3].isApprox(.1 * steps_of(policy)[3]));
 }
 
 TEST(SystematicSearchTest, TriesShorterStepsFromTheBestSoFar) {
