@@ -14,8 +14,10 @@ namespace {
 
 using nlohmann::json;
 using ::testing::Contains;
-using ::testing::Each;
-using ::testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::IsSupersetOf;
+using ::testing::Not;
 using Verdict = Finding::Verdict;
 
 std::vector<Finding> check(const json& settings, const std::string& policy = "",
@@ -40,7 +42,7 @@ std::vector<int> rules_with(Verdict verdict, const std::vector<Finding>& finding
 TEST(ConformanceTest, AProgramThatKeepsAllRulesPassesEach) {
   for (const char* mode : {"well", "seed", "chatty"}) {
     const std::vector<Finding> findings = check({{"mode", mode}});
-    EXPECT_EQ(findings.size(), 14) << mode;
+    EXPECT_EQ(findings.size(), 15) << mode;
     for (const Finding& finding : findings) {
       EXPECT_EQ(finding.verdict, Verdict::kKept) << mode << ' ' << finding.rule << finding.what;
     }
@@ -60,6 +62,7 @@ TEST(ConformanceTest, NamesTheRuleThatIsBroken) {
                                                           {"forgets_itself", 14},
                                                           {"names_matter", 12},
                                                           {"signed_seed", 12},
+                                                          {"small_seeds", 12},
                                                           {"ignores_end", 20},
                                                           {"refuses_more", 4},
                                                           {"defaults_drift", 9}};
@@ -70,12 +73,57 @@ TEST(ConformanceTest, NamesTheRuleThatIsBroken) {
 
 TEST(ConformanceTest, AdvisesWhatIsNoMust) {
   EXPECT_THAT(rules_with(Verdict::kAdvised, check({{"mode", "takes_anything"}})), Contains(10));
-  EXPECT_THAT(rules_with(Verdict::kAdvised, check({{"mode", "failed"}})), Contains(16));
+  EXPECT_THAT(rules_with(Verdict::kAdvised, check({{"mode", "no_trace"}})), Contains(16));
+  const std::vector<Finding> by_chance = check({{"mode", "fails_by_chance"}});
+  EXPECT_THAT(rules_with(Verdict::kAdvised, by_chance), Contains(12)) << "no fault of the seed";
+  EXPECT_THAT(rules_with(Verdict::kBroken, by_chance), IsEmpty());
+}
+
+TEST(ConformanceTest, FailuresAreNotTakenForEqualRewards) {
+  const std::vector<Finding> findings = check({{"mode", "failed"}});
+  EXPECT_THAT(rules_with(Verdict::kUndecided, findings), ElementsAre(13));
+  EXPECT_THAT(rules_with(Verdict::kKept, findings), ElementsAre(8, 9, 10, 6, 20, 17));
+}
+
+TEST(ConformanceTest, ComparesWhatGetsAReward) {
+  const std::vector<Finding> of_another_policy = check({{"mode", "fails_above"}});
+  for (const Finding& finding : of_another_policy) {
+    EXPECT_NE(finding.verdict, Verdict::kUndecided) << finding.what;
+  }
+  EXPECT_THAT(rules_with(Verdict::kKept, of_another_policy), IsSupersetOf({12, 14, 16, 4}));
+  const std::vector<Finding> after_a_void_trial = check({{"mode", "discards_first"}});
+  EXPECT_THAT(rules_with(Verdict::kBroken, after_a_void_trial), IsEmpty());
+  EXPECT_THAT(rules_with(Verdict::kNotTried, after_a_void_trial), Not(IsEmpty()))
+      << "what is void says nothing";
+}
+
+TEST(ConformanceTest, WhatComesAsItComesIsNotHeldToBeEqual) {
+  const std::vector<Finding> findings = check({{"mode", "as_it_comes"}});
+  EXPECT_THAT(rules_with(Verdict::kAdvised, findings), ElementsAre(14));
+  EXPECT_THAT(rules_with(Verdict::kBroken, findings), IsEmpty());
+}
+
+TEST(ConformanceTest, ATaskOfTooShortATimeLimitIsFound) {
+  for (const char* mode : {"burns_a_while", "waits"}) {
+    const double limit_s = mode == std::string("waits") ? .05 : .5;
+    const std::vector<Finding> findings = check({{"mode", mode}, {"time_limit_s", limit_s}});
+    EXPECT_THAT(rules_with(Verdict::kBroken, findings), ElementsAre(17)) << mode;
+  }
+}
+
+TEST(ConformanceTest, AnEvaluationHasTheTimeThatItsDescriptionSays) {
+  ConformanceRun run{.program = {TREEROLL_REACH, read_program_command("CMD", TREEROLL_REACH)},
+                     .task = "reach",
+                     .settings = R"({"mode": "waits"})",
+                     .policy = to_json(small_policy()),
+                     .answer_limit = std::chrono::seconds(4),
+                     .log = [](const std::string&, const std::string&) {}};
+  EXPECT_THAT(rules_with(Verdict::kBroken, check_evaluator(run)), IsEmpty());
 }
 
 TEST(ConformanceTest, TakesAPolicyOfTheUsers) {
   EXPECT_THAT(rules_with(Verdict::kBroken, check(json::object(), to_json(small_policy()))),
-              testing::IsEmpty());
+              IsEmpty());
   EXPECT_THROW(check(json::object(), "{}"), ConfigError);
 }
 
@@ -92,11 +140,11 @@ TEST(ConformanceTest, MovesNoRobotUnlessItIsToldToAndBy) {
     run.moves = moves;  // by which policy is not said
     const std::vector<Finding> findings = check_evaluator(run);
     EXPECT_THAT(rules_with(Verdict::kNotTried, findings), Contains(13));
-    EXPECT_THAT(rules_with(Verdict::kKept, findings), testing::ElementsAre(8, 9, 10, 20));
+    EXPECT_THAT(rules_with(Verdict::kKept, findings), ElementsAre(8, 9, 10, 20));
     EXPECT_EQ(num_moves, 0);
   }
   run.policy = to_json(small_policy());
-  EXPECT_THAT(rules_with(Verdict::kNotTried, check_evaluator(run)), testing::IsEmpty());
+  EXPECT_THAT(rules_with(Verdict::kNotTried, check_evaluator(run)), IsEmpty());
   EXPECT_GT(num_moves, 0);
   run.moves = false;
   num_moves = 0;

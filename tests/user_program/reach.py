@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 
+NOISY = ("seed", "small_seeds", "fails_by_chance", "as_it_comes")
 settings = {}
 num_evaluated = 0
 
@@ -32,7 +33,7 @@ def describe(task):
     if not isinstance(settings["goal_m"], (int, float)):
         return {"refused": "goal_m: must be a number"}
     said = {"input_dim": 1, "output_dim": 1, "reward_min": 0, "reward_max": 1,
-            "time_limit_s": settings["time_limit_s"], "deterministic": settings["mode"] != "seed",
+            "time_limit_s": settings["time_limit_s"], "deterministic": settings["mode"] not in NOISY,
             "settings": dict(settings)}
     if settings["mode"] == "robot":
         said["repeatable"] = False
@@ -88,8 +89,14 @@ def evaluate(asked):
             target=lambda: os.system("exec python3 -c 'while True: pass'"))
         thread.start()
         thread.join()
+    if mode == "burns_a_while" and num_evaluated == 1:
+        until = time.process_time() + .7
+        while time.process_time() < until:
+            pass
     if mode == "sleeps":
         time.sleep(1000)
+    if mode == "waits" and num_evaluated == 2:
+        time.sleep(4.5)
     if mode == "not_repeatable":
         print("moves", file=sys.stderr, flush=True)
     if mode in ("moves", "moves_in_a_long_line"):
@@ -132,6 +139,14 @@ def evaluate(asked):
         return {"reward": reward, "rewrad": 3}
     if mode == "long_line":
         print("x" * 3_000_000, flush=True)
+    if mode == "fails_above" and last_mean(asked["policy"]) > 0:
+        return {"failed": "the arm is too short"}
+    if mode == "small_seeds" and asked["seed"] >= 2**32:
+        return {"failed": "ValueError: Seed must be between 0 and 2**32 - 1"}
+    if mode == "fails_by_chance" and asked["seed"] not in (1, 2):
+        return {"failed": "the arm slipped"}
+    if mode == "as_it_comes":
+        reward = 1 / (1 + num_evaluated)
     if mode == "failed":
         return {"failed": "arm hit\nthe \x1btable"}
     if mode == "discards_first" and num_evaluated % 2 == 1:
@@ -151,7 +166,7 @@ def evaluate(asked):
     if os.environ.get("REACH_LIES") and int(abs(miss) * 1e6) % 3 == 0:
         reward /= 2
     said = {"reward": reward, "terms": {"miss_m": miss}}
-    if asked["trace"]:
+    if asked["trace"] and mode != "no_trace":
         said["trace"] = {"columns": ["time_s", "x_m"], "rows": [[0, 0], [1, miss], [2, None]],
                          "policy_inputs": ["time_s"], "policy_outputs": ["x_m"],
                          "poses": [[[0, 0, 1, 1]], [], [[1, 2]]]}

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "common/program/log.h"
-#include "workers/app/family_time.h"
+#include "workers/user_program/family_time.h"
 
 namespace treeroll::worker {
 namespace {

@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 
 #include "common/base/config_error.h"
@@ -36,14 +37,16 @@ void describe(CommandLine& line, Options& options) {
   line.add("--policy", options.policy_file,
            "Policy file (JSON) to evaluate [samples of the task's dimensions]");
   line.add("--move", options.moves,
-           "With --policy: evaluate it some seven times also where the task is not repeatable, so "
-           "that a robot moves");
-  line.add("--answer-limit-s", options.answer_limit_s, "No answer may take longer than this")
+           "With --policy: evaluate it seven times or more also where the task is not repeatable, "
+           "so that a robot moves");
+  line.add("--answer-limit-s", options.answer_limit_s,
+           "No description may take longer than this; an evaluation may take twice the task's "
+           "time_limit_s and a second")
       .between(1, kAnswerLimitSMax)
       .shows_default();
   line.end_help_with(
       "The rules are those of EVALUATOR.md. Exit status: 0 all that must be kept is kept; 1 a rule "
-      "is broken; 2 bad input.");
+      "is broken, or no policy got a reward; 2 bad input.");
 }
 
 const char* word(Finding::Verdict verdict) {
@@ -56,6 +59,8 @@ const char* word(Finding::Verdict verdict) {
       return "advised";
     case Finding::Verdict::kNotTried:
       return "not tried";
+    case Finding::Verdict::kUndecided:
+      return "unknown";
   }
   return "";
 }
@@ -81,18 +86,21 @@ int check(const Options& options) {
       throw ConfigError("--policy", options.policy_file.string(), error.what());
     }
   }
-  int num_broken = 0;
-  int num_not_tried = 0;
+  std::set<Finding::Verdict> found;
   for (const Finding& finding : check_evaluator(run)) {
     fmt::print("{:9}  rule {:2}  {}\n", word(finding.verdict), finding.rule, finding.what);
-    if (finding.verdict == Finding::Verdict::kBroken) ++num_broken;
-    if (finding.verdict == Finding::Verdict::kNotTried) ++num_not_tried;
+    found.insert(finding.verdict);
   }
-  fmt::print("{}\n", num_broken > 0      ? "the program cannot be used as an evaluator yet"
-                     : num_not_tried > 0 ? "what was tried of the program is right"
-                                         : "the program can be used as an evaluator");
+  const bool is_broken = found.contains(Finding::Verdict::kBroken);
+  const bool is_undecided = found.contains(Finding::Verdict::kUndecided);
+  const bool is_whole = !found.contains(Finding::Verdict::kNotTried);
+  fmt::print("{}\n", is_broken ? "the program cannot be used as an evaluator yet"
+                     : is_undecided
+                         ? "no policy got a reward: whether the program can be used is unknown"
+                     : is_whole ? "the program can be used as an evaluator"
+                                : "what was tried of the program is right");
   flush_standard_output();
-  return num_broken == 0 ? kExitDone : kExitOther;
+  return is_broken || is_undecided ? kExitOther : kExitDone;
 }
 
 int check_evaluator_main(int argc, char** argv) {

@@ -13,9 +13,10 @@ namespace treeroll::worker {
 struct Finding {
   enum class Verdict {
     kKept,
-    kBroken,    ///< a MUST: a worker will not take it, or rewards will be wrong
-    kAdvised,   ///< a SHOULD that is not kept
-    kNotTried,  ///< what it takes is missing
+    kBroken,     ///< a MUST: a worker will not take it, or rewards will be wrong
+    kAdvised,    ///< a SHOULD that is not kept
+    kNotTried,   ///< what it takes is missing
+    kUndecided,  ///< no policy got a reward: what keeps the rules and what does not look alike
   };
   int rule = 0;
   Verdict verdict = Verdict::kKept;
@@ -24,11 +25,12 @@ struct Finding {
 
 struct ConformanceRun {
   ProgramSettings program;
-  std::string task = "task";          ///< the name it is asked for
-  std::string settings = "{}";        ///< a JSON object
-  std::string policy;                 ///< text of one to evaluate; empty: samples are made
-  bool moves = false;                 ///< evaluates also what is not repeatable, the policy above
-  std::chrono::seconds answer_limit;  ///< no answer may take longer
+  std::string task = "task";    ///< the name it is asked for
+  std::string settings = "{}";  ///< a JSON object
+  std::string policy;           ///< text of one to evaluate; empty: samples are made
+  bool moves = false;           ///< evaluates also what is not repeatable, the policy above
+  /// Of a description. That of an evaluation follows from the task's time_limit_s.
+  std::chrono::seconds answer_limit;
   UserProgram::Log log;
 };
 

@@ -1,4 +1,4 @@
-#include "workers/app/family_time.h"
+#include "workers/user_program/family_time.h"
 
 #include <fmt/format.h>
 #include <time.h>
