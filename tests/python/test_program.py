@@ -41,6 +41,56 @@ class Reach(treeroll.Task):
         return 1 / (1 + self.terms["miss_m"] ** 2)
 
 
+class Made:
+    """As numpy makes numbers and arrays: of a type of its own, and to be had as Python's."""
+
+    def __init__(self, value):
+        self._value = value
+
+    def tolist(self):
+        return self._value
+
+    def __float__(self):
+        return float(self._value)
+
+    def __iter__(self):
+        return (Made(x) for x in self._value)
+
+    def __len__(self):
+        return len(self._value)
+
+    def __bool__(self):
+        if isinstance(self._value, list):
+            raise ValueError("The truth value of an array is ambiguous")
+        return bool(self._value)
+
+
+def task_of(array, number):
+    """Whatever a task may give is made by these two."""
+    class Arrays(treeroll.Task):
+        trace_inputs = array(["time_s"])
+
+        def __init__(self, settings):
+            self.weights = settings.numbers("weights", array([1, 0.5]), size=2)
+            self.row = settings.numbers("row", [number(2)])
+            self.goal_m = settings.number("goal_m", number(0.5))
+            self.steps = settings.integer("steps", number(3))
+            self.fast = settings.boolean("fast", number(True))
+
+        def describe(self):
+            return treeroll.Description(
+                number(2), number(1), number(4.0), reward_min=number(0.0), reward_max=number(2.0),
+                deterministic=number(True), repeatable=number(False), inputs=array(["t_s", "q_rad"]),
+                outputs=[number("torque_nm")])
+
+        def evaluate(self, policy, seed):
+            self.terms["miss_m"] = number(0.25)
+            self.record(time_s=number(0.5), pose=array([[0.0, 1.0]]))
+            return number(1.5)
+
+    return Arrays
+
+
 ROBOT = """
 import time, treeroll
 
@@ -78,9 +128,9 @@ def describe(name="reach", **settings):
     return {"describe": {"name": name, "settings": settings}}
 
 
-def evaluate(seed=0, trace=False):
+def evaluate(seed=0, trace=False, inputs=1):
     return {"evaluate": {"run": 0, "rollout": 0, "seed": seed, "trace": trace,
-                         "policy": json.loads(policy_text(mean=0.5))}}
+                         "policy": json.loads(policy_text(mean=0.5, inputs=inputs))}}
 
 
 class ProgramLinesTest(unittest.TestCase):
@@ -107,6 +157,39 @@ class ProgramLinesTest(unittest.TestCase):
             self.assertIn(rule, answers(describe(**settings))[0]["refused"])
         self.assertEqual(answers(describe("nobody"))[0]["refused"],
                          "name: must be a task of this program: reach, another")
+
+    def check_arrays(self, array, number):
+        said, evaluated, asked = answers(
+            describe("arrays"), evaluate(trace=True, inputs=2),
+            describe("arrays", weights=[3, 4], steps=5), tasks=(task_of(array, number),))
+        self.assertEqual(said, {
+            "input_dim": 2, "output_dim": 1, "time_limit_s": 4.0, "reward_min": 0.0, "reward_max": 2.0,
+            "deterministic": True, "repeatable": False, "inputs": ["t_s", "q_rad"], "outputs": ["torque_nm"],
+            "settings": {"weights": [1, 0.5], "row": [2], "goal_m": 0.5, "steps": 3, "fast": True}})
+        self.assertEqual(evaluated, {
+            "reward": 1.5, "terms": {"miss_m": 0.25},
+            "trace": {"columns": ["time_s"], "rows": [[0.5]], "policy_inputs": ["time_s"],
+                      "poses": [[[0.0, 1.0]]]}})
+        self.assertEqual(asked["settings"]["weights"], [3, 4])
+
+    def test_takes_what_numpy_makes(self):
+        self.check_arrays(Made, Made)
+
+    def test_takes_numpys_own(self):
+        try:
+            import numpy
+        except ImportError:
+            self.skipTest("numpy is not installed: what stands for it is tried alone")
+        self.check_arrays(numpy.array, numpy.array)
+        self.check_arrays(numpy.array, lambda x: numpy.array(x)[()])
+
+    def test_a_description_that_no_line_holds_names_what_is_wrong(self):
+        class Odd(treeroll.Task):
+            def describe(self):
+                return treeroll.Description(1, 1, time_limit_s=math.inf)
+
+        [said] = answers(describe("odd"), tasks=(Odd,))
+        self.assertIn("time_limit_s = inf", said["refused"])
 
     def test_evaluates_with_terms_and_trace(self):
         _, plain, traced, again = answers(describe(goal_m=0.5), evaluate(), evaluate(trace=True),

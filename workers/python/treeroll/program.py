@@ -13,8 +13,8 @@ import traceback
 from typing import IO, Any, Callable, Optional, Type
 
 from .policy import Policy
-from .settings import Refused, Settings
-from .task import Discarded, Failed, Task, Trial, _number, _Trace
+from .settings import Refused, Settings, plain
+from .task import Description, Discarded, Failed, Task, Trial, _number, _Trace
 
 
 def run(*tasks: Type[Task]) -> None:
@@ -71,6 +71,17 @@ def name_of(task: Type[Task]) -> str:
     return task.name or task.__name__.lower()
 
 
+def plain_fields(description: Description) -> dict[str, Any]:
+    """As JSON takes them; what it does not take is named."""
+    fields = {name: plain(x) for name, x in dataclasses.asdict(description).items()}
+    for name, x in fields.items():
+        try:
+            json.dumps(x, allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"its description has {name} = {x!r}: {error}") from error
+    return fields
+
+
 class _Program:
     def __init__(self, tasks: tuple[Type[Task], ...]):
         self._classes = {name_of(task): task for task in tasks}
@@ -85,14 +96,13 @@ class _Program:
                 raise Refused("name", "must be a task of this program: " + ", ".join(self._classes))
             settings = Settings(asked["settings"])
             task = self._classes[asked["name"]](settings)
-            said: dict[str, Any] = dataclasses.asdict(task.describe())
+            said: dict[str, Any] = plain_fields(task.describe())
             if said["repeatable"]:
                 del said["repeatable"]
             for key in ("version", "inputs", "outputs"):
                 if not said[key]:
                     del said[key]
             said["settings"] = settings.finish()
-            json.dumps(said, allow_nan=False)
             self._task = task
             return said
         except Refused as error:

@@ -19,6 +19,13 @@ class Refused(ValueError):
         self.rule = rule
 
 
+def plain(value: Any) -> Any:
+    """A number or an array of numpy's as Python has it, also within a list: JSON knows no other."""
+    if isinstance(value, (list, tuple)):
+        return [plain(x) for x in value]
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
 class Settings:
     """The ``[task]`` table of a study without its name. What is read, defaults included, is the
     study's from then on, so that it can be repeated after a default has changed.
@@ -66,7 +73,7 @@ class Settings:
         """A text; one of ``words``, if they are given."""
         value = self._get(key, default)
         if not isinstance(value, str) or (words is not None and value not in words):
-            raise Refused(key, "must be one of " + ", ".join(words) if words else "must be a text")
+            raise Refused(key, "must be a text" if words is None else "must be one of " + ", ".join(words))
         return self._keep(key, value)
 
     def numbers(self, key: str, default: Optional[Sequence[float]] = None, *,
@@ -94,7 +101,7 @@ class Settings:
             return self._given[key]
         if default is None:
             raise Refused(key, "must be given")
-        return default
+        return plain(default)
 
     def _keep(self, key: str, value: Any) -> Any:
         self._resolved[key] = value

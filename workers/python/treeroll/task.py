@@ -6,6 +6,8 @@ import dataclasses
 import math
 from typing import TYPE_CHECKING, Any, Optional, Sequence
 
+from .settings import plain
+
 if TYPE_CHECKING:
     from .policy import Policy
     from .settings import Settings
@@ -129,10 +131,10 @@ class _Trace:
 
     def said(self, task: Task) -> dict:
         said: dict[str, Any] = {"columns": self.columns, "rows": self.rows}
-        if task.trace_inputs:
-            said["policy_inputs"] = list(task.trace_inputs)
-        if task.trace_outputs:
-            said["policy_outputs"] = list(task.trace_outputs)
+        if len(task.trace_inputs):
+            said["policy_inputs"] = plain(task.trace_inputs)
+        if len(task.trace_outputs):
+            said["policy_outputs"] = plain(task.trace_outputs)
         if self.poses:
             said["poses"] = self.poses
         return said
