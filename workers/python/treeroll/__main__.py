@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import os
+import signal
 import sys
 from contextlib import nullcontext
 from pathlib import Path
@@ -107,9 +108,30 @@ def main() -> None:
     log.set_defaults(work=show_log)
     arguments = parser.parse_args()
     try:
-        arguments.work(arguments)
-    except (OSError, ValueError) as error:
+        try:
+            arguments.work(arguments)
+        finally:
+            if sys.stdout is not None:  # it may be closed
+                sys.stdout.flush()  # what fails is told here, not at the interpreter's end
+    except KeyboardInterrupt:
+        # How one ends watching. Python ends by the signal itself, as shells expect, but is not to say where it was.
+        sys.excepthook = lambda *_: None
+        raise
+    except BrokenPipeError:
+        forget_output()
+        sys.exit(128 + signal.SIGPIPE)  # as of any program whose reader has seen enough: head, less
+    except OSError as error:
+        forget_output()
         sys.exit(f"{parser.prog}: {error}")
+    except ValueError as error:
+        sys.exit(f"{parser.prog}: {error}")
+
+
+def forget_output() -> None:
+    """What could not be written would be tried again at the interpreter's end, and told as its fault."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
 
 
 if __name__ == "__main__":

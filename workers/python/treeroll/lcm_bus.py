@@ -61,9 +61,8 @@ class UdpmBus:
         """The next message on one of the channels, with the channel's name; None after the time."""
         deadline = time.monotonic() + timeout_s
         while True:
-            try:
-                datagram = self._socket.recv(65536)
-            except BlockingIOError:
+            datagram = self._next_datagram()
+            if datagram is None:
                 left = deadline - time.monotonic()
                 if left <= 0 or not select.select([self._socket], [], [], left)[0]:
                     return None
@@ -71,6 +70,12 @@ class UdpmBus:
             channel, end, data = datagram[8:].partition(b"\0")
             if datagram[:4] == _MAGIC and end and channel in self._channels:
                 return channel.decode(), data
+
+    def _next_datagram(self) -> Optional[bytes]:
+        try:
+            return self._socket.recv(65536)
+        except BlockingIOError:
+            return None
 
     def publish(self, channel: str, data: bytes) -> None:
         """Sends a message, at most 65000 bytes of it."""
