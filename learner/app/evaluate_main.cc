@@ -20,9 +20,10 @@ void describe_evaluate(CommandLine& line, EvaluateOptions& options) {
            "Condition of the study whose task and bounds count, where they differ");
   line.add("--set", options.overrides, "KEY=VALUE overrides a key of the study, TOML value")
       .one_value_each_time();
-  line.add("--worker-program", options.worker_program.path, "Worker executable that knows the task")
+  line.add(kWorkerProgramOption, options.worker_program.path,
+           "Worker executable that knows the task")
       .shows_default();
-  line.add("--evaluator", options.worker_program.evaluator, kEvaluatorHelp);
+  line.add(kEvaluatorOption, options.worker_program.evaluator, kEvaluatorHelp);
   line.add("--seed", options.seed, "For tasks that are not deterministic")
       .between(0, std::numeric_limits<std::int64_t>::max())
       .shows_default();
@@ -49,6 +50,7 @@ int evaluate_main(int argc, char** argv) {
        .options = [&](CommandLine& line) { describe_evaluate(line, options); },
        .work =
            [&] {
+             check_and_complete(options.worker_program);
              evaluate_policy(options);
              return kExitDone;
            }});

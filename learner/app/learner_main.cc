@@ -10,7 +10,6 @@
 #include "learner/app/learn.h"
 #include "learner/app/new_study.h"
 #include "learner/app/preview_study.h"
-#include "learner/worker_program/process.h"
 
 namespace treeroll {
 namespace {
@@ -31,9 +30,9 @@ void describe_learner(CommandLine& line, LearnerOptions& options) {
            "Start a worker daemon with this many evaluators on this host; 0: none")
       .between(0, protocol::kEvaluatorsPerWorkerMax)
       .shows_default();
-  line.add("--worker-program", options.worker_program.path,
+  line.add(kWorkerProgramOption, options.worker_program.path,
            "Worker executable that knows the task [treeroll-worker beside this one]");
-  line.add("--evaluator", options.worker_program.evaluator, kEvaluatorHelp);
+  line.add(kEvaluatorOption, options.worker_program.evaluator, kEvaluatorHelp);
   line.add("--lcm-url", options.lcm_url,
            "LCM URL [LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0]");
   line.add("--key-file", options.key_file,
@@ -88,9 +87,7 @@ int learn(LearnerOptions options) {
   WorkerProgram& worker = options.worker_program;
   options.needs_worker_program =
       options.local_workers > 0 || !worker.path.empty() || !worker.evaluator.empty();
-  if (worker.path.empty()) {
-    worker.path = program_beside_us("treeroll-worker");
-  }
+  check_and_complete(worker);
   if (options.help_keys) {
     print_keys(*options.help_keys, worker);
     return kExitDone;

@@ -1,6 +1,5 @@
 #include "common/program/program.h"
 #include "learner/app/replay.h"
-#include "learner/worker_program/process.h"
 
 namespace treeroll {
 namespace {
@@ -43,12 +42,12 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
            "With --http: file with the token that a browser must bring; needed on an address that "
            "other hosts reach")
       .needs(http);
-  line.add("--worker-program", options.worker_program.path,
+  line.add(kWorkerProgramOption, options.worker_program.path,
            "For --show and --http: worker executable that knows the task [treeroll-worker beside "
            "this one]")
       .excludes(verify)
       .excludes(format);
-  line.add("--evaluator", options.worker_program.evaluator, kEvaluatorHelp)
+  line.add(kEvaluatorOption, options.worker_program.evaluator, kEvaluatorHelp)
       .excludes(verify)
       .excludes(format);
   const Option results =
@@ -74,9 +73,7 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
 }
 
 int work(ReplayOptions& options) {
-  if (options.worker_program.path.empty()) {
-    options.worker_program.path = program_beside_us("treeroll-worker");
-  }
+  check_and_complete(options.worker_program);
   return replay(options) ? kExitDone : kExitDiffers;
 }
 

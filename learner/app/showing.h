@@ -15,8 +15,11 @@ namespace treeroll {
 /// @param where  a state directory or a journal
 inline web::ShowingProgram showing_program(const std::filesystem::path& where,
                                            const WorkerProgram& worker) {
-  std::vector<std::string> arguments =
-      worker.arguments({where.string(), "--worker-program", worker.path.string()});
+  std::vector<std::string> arguments = worker.arguments({where.string()});
+  // That beside it is also beside us, if it is there.
+  if (worker.path != program_beside_us("treeroll-worker")) {
+    arguments.insert(arguments.end(), {kWorkerProgramOption, worker.path.string()});
+  }
   arguments.emplace_back("--show");
   return {program_beside_us("treeroll-replay"), std::move(arguments)};
 }

@@ -11,6 +11,7 @@
 
 #include "common/base/config_error.h"
 #include "common/files/atomic_file.h"
+#include "common/program/standard_output.h"
 #include "learner/app/replayed_policy.h"
 #include "learner/core/run.h"
 #include "learner/report/figures/shown_trace.h"
@@ -121,8 +122,9 @@ constexpr const char* kNotRepeatable =
     "its task says repeatable = false (a robot, say), and is not run only to be shown";
 
 /// What a worker executable says when it makes the roll-out once more.
+/// @param wrong_option  receives what is wrong with the option that names the user's program
 json made_again(const Condition& condition, const std::string& policy, std::int64_t seed,
-                const WorkerProgram& worker_program) {
+                const WorkerProgram& worker_program, std::optional<ConfigError>& wrong_option) {
   try {
     const std::optional<TaskDescription> task =
         describe_repeatable(condition.task_content, worker_program);
@@ -138,6 +140,7 @@ json made_again(const Condition& condition, const std::string& policy, std::int6
             {"terms", done.terms},
             {"trace", done.trace.columns.empty() ? json(nullptr) : trace_view(done.trace)}};
   } catch (const ConfigError& error) {
+    if (error.key() == kEvaluatorOption) wrong_option = error;
     return {{"failure", error.what()}};
   } catch (const std::runtime_error& error) {
     return {{"failure", error.what()}};
@@ -145,7 +148,7 @@ json made_again(const Condition& condition, const std::string& policy, std::int6
 }
 
 json view_of(const FoundRollout& found, const Study& study, protocol::RolloutKey key,
-             const WorkerProgram& worker_program) {
+             const WorkerProgram& worker_program, std::optional<ConfigError>& wrong_option) {
   const Condition& condition =
       study.conditions[static_cast<std::size_t>(key.run / study.repetitions)];
   json view{{"run", key.run},
@@ -178,7 +181,8 @@ json view_of(const FoundRollout& found, const Study& study, protocol::RolloutKey
   try {
     const PolicyPtr policy = layer.with(found.draw.theta);
     view["policy"] = web::policy_view(*policy);
-    view["again"] = made_again(condition, to_json(*policy), found.seed, worker_program);
+    view["again"] =
+        made_again(condition, to_json(*policy), found.seed, worker_program, wrong_option);
   } catch (const std::invalid_argument& error) {
     view["again"] = {{"failure", fmt::format("its theta makes no policy: {}", error.what())}};
   }
@@ -201,9 +205,17 @@ void show_rollout(const StateFiles& files, const std::string& rollout,
                       fmt::format("must be a roll-out of the journal: run {} has {} results so far",
                                   key.run, reader.num_told()));
   }
-  const std::string text = web::dumped(view_of(*found, study, key, worker_program)) + "\n";
-  if (!output_file.empty()) return write_atomically(output_file, text);
-  fmt::print("{}", text);
+  std::optional<ConfigError> wrong_option;
+  const std::string text =
+      web::dumped(view_of(*found, study, key, worker_program, wrong_option)) + "\n";
+  if (output_file.empty()) {
+    fmt::print("{}", text);
+    flush_standard_output();
+  } else {
+    write_atomically(output_file, text);
+  }
+  // All but the roll-out made again is there for whoever reads it, a page say.
+  if (wrong_option) throw ConfigError(*wrong_option);
 }
 
 }  // namespace treeroll

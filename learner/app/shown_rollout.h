@@ -14,7 +14,8 @@ namespace treeroll {
 /// repeatable = false is not run for that.
 /// @param rollout  "RUN:ROLLOUT"; -2 the start policy, -1 the final one
 /// Throws ConfigError for what is no roll-out of the journal, std::runtime_error for a journal that
-/// cannot be read. What the worker executable cannot do is said in the object.
+/// cannot be read. What the worker executable cannot do is said in the object. Where the user's
+/// program (--evaluator) cannot be asked, it is thrown too, once the object is printed.
 void show_rollout(const StateFiles& files, const std::string& rollout,
                   const WorkerProgram& worker_program, const std::filesystem::path& output_file);
 

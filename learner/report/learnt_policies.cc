@@ -1,7 +1,6 @@
 #include "learner/report/learnt_policies.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <map>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "common/base/config_error.h"
+#include "common/program/program_command.h"
 #include "learner/report/figures/study_plots.h"
 #include "learner/report/statistics/sample.h"
 #include "learner/worker_program/task_survey.h"
@@ -65,6 +65,7 @@ class RolloutMaker {
                           .trace = thinned(said.trace, kRowsMax),
                           .terms = std::move(said.terms)};
     } catch (const ConfigError& error) {
+      if (error.key() == kEvaluatorOption) throw;
       fmt::print(stderr, "a roll-out cannot be shown: {}\n", error.what());
     } catch (const std::runtime_error& error) {
       fmt::print(stderr, "a roll-out cannot be shown: {}\n", error.what());
@@ -116,8 +117,7 @@ std::vector<LearntPolicy> learnt_policies(const LoadedStudy& loaded, const Study
 std::vector<std::string> make_rollouts(const LoadedStudy& loaded,
                                        const WorkerProgram& worker_program,
                                        std::vector<LearntPolicy>& policies) {
-  if (access(worker_program.path.c_str(), X_OK) != 0 ||
-      std::filesystem::is_directory(worker_program.path)) {
+  if (!can_be_executed(worker_program.path)) {
     fmt::print(stderr, "{}: no worker executable: goals and motion of {} are not drawn\n",
                worker_program.path.string(), loaded.study.name);
     return {"Goals and motion are not drawn: there was no worker executable to ask."};

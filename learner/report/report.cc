@@ -1,7 +1,6 @@
 #include "learner/report/report.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -13,6 +12,7 @@
 #include "common/base/config_error.h"
 #include "common/base/shown_reward.h"
 #include "common/files/atomic_file.h"
+#include "common/program/program_command.h"
 #include "common/program/standard_output.h"
 #include "learner/core/learner_core.h"
 #include "learner/journal/journal_file.h"
@@ -47,9 +47,8 @@ void check(const ReportOptions& options) {
                         fmt::format("must be the state directory of a study: it has no {}", file));
     }
   }
-  if (options.needs_worker_program && (access(options.worker_program.path.c_str(), X_OK) != 0 ||
-                                       fs::is_directory(options.worker_program.path))) {
-    throw ConfigError("--worker-program", options.worker_program.path.string(),
+  if (options.needs_worker_program && !can_be_executed(options.worker_program.path)) {
+    throw ConfigError(kWorkerProgramOption, options.worker_program.path.string(),
                       "must be a program that can be executed");
   }
 }

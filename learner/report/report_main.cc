@@ -1,6 +1,5 @@
 #include "common/program/program.h"
 #include "learner/report/report.h"
-#include "learner/worker_program/process.h"
 
 namespace treeroll::report {
 namespace {
@@ -15,18 +14,16 @@ void describe(CommandLine& line, ReportOptions& options) {
   line.add("--compare", options.compare,
            "Two conditions, each CONDITION or STUDY:CONDITION, the first claimed to be better")
       .takes(2);
-  line.add("--worker-program", options.worker_program.path,
+  line.add(kWorkerProgramOption, options.worker_program.path,
            "Worker executable that knows the tasks: it makes the roll-outs shown "
            "[treeroll-worker beside this one]");
-  line.add("--evaluator", options.worker_program.evaluator, kEvaluatorHelp);
+  line.add(kEvaluatorOption, options.worker_program.evaluator, kEvaluatorHelp);
 }
 
 int report(ReportOptions options) {
   WorkerProgram& worker = options.worker_program;
   options.needs_worker_program = !worker.path.empty() || !worker.evaluator.empty();
-  if (worker.path.empty()) {
-    worker.path = program_beside_us("treeroll-worker");
-  }
+  check_and_complete(worker);
   write_report(options);
   return kExitDone;
 }

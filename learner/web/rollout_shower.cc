@@ -10,6 +10,7 @@
 #include <csignal>
 
 #include "common/base/cut_text.h"
+#include "common/program/program.h"
 
 namespace treeroll::web {
 namespace {
@@ -38,6 +39,11 @@ std::string end_of(int descriptor, std::size_t bytes_max) {
                              std::max<off_t>(facts.st_size - static_cast<off_t>(bytes_max), 0));
   text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
   return text;
+}
+
+/// Where the user's program cannot be started, all is shown but the roll-out that it would make.
+bool is_shown(int exit_status, const std::string& output) {
+  return exit_status == kExitDone || (exit_status == kExitBadInput && !output.empty());
 }
 
 /// And all that it has started, below it in its group: a user's program, say.
@@ -137,7 +143,7 @@ void RolloutShower::reap() {
     kept.shown.failure = fmt::format("it took more than {:g} s", to_seconds(limits_.time));
   } else if (work_->is_too_long) {
     kept.shown.failure = fmt::format("it is more than {} bytes", limits_.output_bytes_max);
-  } else if (ended < 0 || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+  } else if (ended < 0 || !WIFEXITED(status) || !is_shown(WEXITSTATUS(status), work_->output)) {
     kept.shown.failure = last_line(end_of(work_->child.errors, 65536));
     if (kept.shown.failure.empty()) {
       kept.shown.failure =

@@ -1,17 +1,15 @@
 #include "learner/worker_program/task_survey.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 
 #include "common/base/config_error.h"
+#include "common/program/program_command.h"
 #include "common/task_facts/task_agreement.h"
 #include "learner/study/task_table.h"
 #include "learner/worker_program/process.h"
@@ -83,10 +81,10 @@ std::optional<TaskDescription> describe_repeatable(const std::string& content,
 std::map<std::string, DescribedTask> survey_tasks(const LoadedStudy& loaded,
                                                   const WorkerProgram& worker_program,
                                                   bool is_needed) {
-  if (access(worker_program.path.c_str(), X_OK) != 0) {
+  if (!can_be_executed(worker_program.path)) {
     if (!is_needed) return {};
-    throw ConfigError("--worker-program", worker_program.path.string(),
-                      fmt::format("cannot be executed: {}", std::strerror(errno)));
+    throw ConfigError(kWorkerProgramOption, worker_program.path.string(),
+                      "must be a program that can be executed");
   }
   std::map<std::string, DescribedTask> known;
   std::set<std::string> asked;

@@ -55,7 +55,7 @@ const std::map<std::string, Room>& rooms() {
       {"learner/study", {.arrows = {"learner/core", "learner/fit"}}},
       {"learner/results", {.arrows = {"learner/core", "common/files"}}},
       {"learner/state", {.arrows = {"learner/journal", "learner/results", "learner/study"}}},
-      {"learner/worker_program", {.arrows = {"learner/study"}}},
+      {"learner/worker_program", {.arrows = {"learner/study", "common/program"}}},
       {"learner/report/statistics", {.arrows = {"learner/results"}}},
       {"learner/report/figures",
        {.arrows = {"learner/report/statistics", "learner/worker_program"}}},

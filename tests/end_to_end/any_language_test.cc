@@ -108,6 +108,50 @@ TEST_F(AnyLanguageTest, IsRefusedBeforeAnythingStarts) {
   EXPECT_THAT(nobody.log, HasSubstr("No such file"));
 }
 
+/// A service manager starts a program anew after any status but 2 (deploy/systemd).
+TEST_F(AnyLanguageTest, AProgramThatCannotBeStartedIsBadInputWhoeverAsksIt) {
+  const Service::Learnt learnt =
+      learn("state", {"--local-workers", "1", "--evaluator", TREEROLL_REACH});
+  ASSERT_EQ(learnt.status, 0) << learnt.log;
+  const std::string state = (service_.directory() / "state").string();
+  const fs::path plain = service_.directory() / "plain.py";
+  write_file(plain, "#!/usr/bin/env python3\n");
+  const fs::path orphan = service_.directory() / "orphan.py";
+  write_file(orphan, "#!/nobody/has/this/python3\n");
+  fs::permissions(orphan, fs::perms::owner_all);
+
+  const std::string study = study_.string();
+  const std::string policy = state + "/policies/flat-0.json";
+  const std::string other = (service_.directory() / "other").string();
+  const std::vector<std::vector<std::string>> askers = {
+      {"treeroll-learner", study, "--lcm-url", service_.url(), "--state-dir", other},
+      {"treeroll-learner", study, "--check"},
+      {"treeroll-learner", "--new", other + ".toml", "--task", "reach"},
+      {"treeroll-evaluate", policy, study},
+      {"treeroll-report", state, "--output", (service_.directory() / "report").string()},
+      {"treeroll-replay", state, "--show", "0:3"},
+      {"treeroll-replay", state, "--http", "0"}};
+  for (const auto& [command, why] :
+       {std::pair(plain.string(), "can be executed"),
+        std::pair(orphan.string(), "its first line names"),
+        std::pair(std::string("python3 /nobody/has/this.py"), "No such file")}) {
+    for (std::vector<std::string> words : askers) {
+      // That of a page is asked when somebody looks: only its command is looked at before.
+      if (words.back() == "0" && command != plain.string()) continue;
+      const std::string program = words.front();
+      words.erase(words.begin());
+      words.insert(words.end(), {"--evaluator", command});
+      const Said said = service_.run(program, words);
+      EXPECT_EQ(said.status, 2) << program << ' ' << words[1] << ' ' << command << said.errors;
+      EXPECT_THAT(said.errors, HasSubstr(why)) << program << ' ' << words[1];
+      EXPECT_FALSE(fs::exists(other) || fs::exists(other + ".toml")) << "something was begun";
+    }
+  }
+  const Said shown =
+      service_.run("treeroll-replay", {state, "--show", "0:3", "--evaluator", orphan.string()});
+  EXPECT_FALSE(nlohmann::json::parse(shown.output)["policy"].is_null()) << "the rest is shown";
+}
+
 TEST_F(AnyLanguageTest, ItsChecksAreAProgram) {
   Said said = service_.run("treeroll-check-evaluator", {TREEROLL_REACH, "--name", "reach"});
   EXPECT_EQ(said.status, 0) << said.output << said.errors;

@@ -121,7 +121,19 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"worker_program_missing",
                  "",
                  {"--worker-program", "/nonexistent"},
-                 {"--worker-program", "/nonexistent"}}),
+                 {"--worker-program", "/nonexistent"}},
+        BadInput{"worker_program_is_a_folder",
+                 "",
+                 {"--worker-program", "/tmp"},
+                 {"--worker-program = /tmp: must be a program that can be executed"}},
+        BadInput{"evaluator_that_is_no_program",
+                 "",
+                 {"--evaluator", "/etc/passwd"},
+                 {"--evaluator = /etc/passwd: must name a program that can be executed"}},
+        BadInput{"evaluator_of_no_variable",
+                 "",
+                 {"--evaluator", "python3 $TREEROLL_NOBODY_SETS_THIS/task.py"},
+                 {"names a variable of the environment that is not set"}}),
     [](const auto& test) { return test.param.what; });
 
 TEST(BadPathTest, AMissingStudyAFolderAndAFullStateDirectoryAreRefused) {

@@ -57,9 +57,13 @@ TEST(OffTheBusTest, AProgramThatCannotDescribeIsBadInputWithItsLastWords) {
   ended = describe(json::object(), "python3 /nobody/has/this.py");
   EXPECT_EQ(ended.status, 2);
   EXPECT_THAT(ended.said["error"]["rule"].get<std::string>(), HasSubstr("No such file"));
-  ended = describe(json::object(), "nobody-has-this");
-  EXPECT_EQ(ended.status, 2);
-  EXPECT_THAT(ended.errors, HasSubstr("--evaluator"));
+  for (const char* wrong : {"nobody-has-this", "/etc/passwd", "sh $TREEROLL_NOBODY_SETS_THIS"}) {
+    for (const char* mode : {"--describe-task", "--evaluate"}) {
+      ended = run_worker(mode, json::object(), wrong);
+      EXPECT_EQ(ended.status, 2) << mode << ' ' << wrong;
+      EXPECT_EQ(ended.said["error"]["key"], "--evaluator") << mode << ' ' << wrong;
+    }
+  }
 }
 
 TEST(OffTheBusTest, EvaluatesWithTermsAndTrace) {

@@ -1,4 +1,4 @@
-#include "workers/user_program/program_command.h"
+#include "common/program/program_command.h"
 
 #include <gmock/gmock.h>
 
@@ -6,7 +6,7 @@
 
 #include "common/base/config_error.h"
 
-namespace treeroll::worker {
+namespace treeroll {
 namespace {
 
 using ::testing::ElementsAre;
@@ -43,4 +43,4 @@ TEST(ProgramCommandTest, RefusesWhatItCannotStartAndSaysWhy) {
 }
 
 }  // namespace
-}  // namespace treeroll::worker
+}  // namespace treeroll

@@ -10,9 +10,9 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/config_error.h"
+#include "common/program/program_command.h"
 #include "tests/worker_app/learner_stand_in.h"
 #include "workers/tasks/trace.h"
-#include "workers/user_program/program_command.h"
 
 namespace treeroll::worker {
 namespace {

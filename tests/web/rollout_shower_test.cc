@@ -65,6 +65,13 @@ TEST_F(RolloutShowerTest, SaysWhyItCannotBeShown) {
   EXPECT_THAT(show({0, 1}).failure, HasSubstr("ended with status"));
 }
 
+TEST_F(RolloutShowerTest, ShowsTheRestWhereOneThingCannotBe) {
+  start("echo shown; echo 'the program is gone' >&2; exit 2");
+  EXPECT_THAT(*show({0, 1}).text, HasSubstr("shown"));
+  start("echo '12:00:01.000 error RUN:ROLLOUT is none' >&2; exit 2");
+  EXPECT_EQ(show({0, 1}).failure, "RUN:ROLLOUT is none");
+}
+
 TEST_F(RolloutShowerTest, EndsWhatTakesTooLongOrSaysTooMuch) {
   start("echo begun; exec sleep 60", {.time = milliseconds(200)});
   EXPECT_THAT(show({0, 1}).failure, HasSubstr("took more than 0.2 s"));

@@ -103,16 +103,17 @@ Outcome evaluate(EvaluatedTask& task, const Trial& trial, Trace& trace) {
 
 }  // namespace
 
-int evaluate_policy(TaskSource& tasks) {
+int evaluate_policy(const TaskSourceMaker& start) {
   const JsonAnswer answer;
   try {
+    const std::unique_ptr<TaskSource> tasks = start();
     const Request request = read_request();
     json resolved;
-    const std::unique_ptr<EvaluatedTask> task = tasks.make(request.task, resolved);
+    const std::unique_ptr<EvaluatedTask> task = tasks->make(request.task, resolved);
     const TaskDescription& description = task->description();
     const PolicyPtr policy = read_policy(request.policy, description);
     turn_off_core_dumps();
-    tasks.limit_cpu_time(description.time_limit_s);
+    tasks->limit_cpu_time(description.time_limit_s);
     Trace trace(request.trace ? Trace::Kept::kAll : Trace::Kept::kTerms);
     const auto start = std::chrono::steady_clock::now();
     const Outcome outcome = evaluate(*task, {.policy = policy, .seed = request.seed}, trace);

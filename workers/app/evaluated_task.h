@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -57,5 +58,7 @@ class TaskSource {
 std::unique_ptr<TaskSource> tasks_of(const TaskRegistry& registry);
 /// Tasks that the user's program takes, whatever their names.
 std::unique_ptr<TaskSource> tasks_of(std::unique_ptr<UserProgram> program);
+/// One of the two, to be begun with where what is wrong can be answered. Throws ConfigError.
+using TaskSourceMaker = std::function<std::unique_ptr<TaskSource>()>;
 
 }  // namespace treeroll::worker

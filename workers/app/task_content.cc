@@ -94,12 +94,13 @@ std::unique_ptr<Task> make_task(const TaskRegistry& registry, const std::string&
   return task;
 }
 
-int describe_task(TaskSource& tasks) {
+int describe_task(const TaskSourceMaker& start) {
   const JsonAnswer answer;
   try {
+    const std::unique_ptr<TaskSource> tasks = start();
     json resolved;
     const std::unique_ptr<EvaluatedTask> task =
-        tasks.make(read_standard_input("task", kInputBytesMax), resolved);
+        tasks->make(read_standard_input("task", kInputBytesMax), resolved);
     return answer.give(
         {{"description", to_json_with_signals(task->description())}, {"settings", resolved}});
   } catch (const ConfigError& error) {

@@ -5,11 +5,10 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "workers/app/evaluated_task.h"
 #include "workers/tasks/task.h"
 
 namespace treeroll::worker {
-
-class TaskSource;
 
 /// Has a task described by whoever knows it: `found` receives the settings with their defaults.
 using Describer = std::function<TaskDescription(
@@ -31,7 +30,7 @@ std::unique_ptr<Task> make_task(const TaskRegistry& registry, const std::string&
 
 /// Reads a task's name and settings from standard input and prints what it says of itself, or
 /// what is wrong: {"description": ..., "settings": ...} or {"error": {"key", "value", "rule"}}.
-/// @return  exit status: 0, or 2 for bad settings
-int describe_task(TaskSource& tasks);
+/// @return  exit status: 0, or 2 for bad settings and a user's program that cannot be started
+int describe_task(const TaskSourceMaker& start);
 
 }  // namespace treeroll::worker

@@ -19,6 +19,7 @@
 #include "common/program/process_start.h"
 #include "common/program/processor_share.h"
 #include "common/program/program.h"
+#include "common/program/program_command.h"
 #include "common/program/random_id.h"
 #include "common/protocol/limits.h"
 #include "common/transport/bus.h"
@@ -31,7 +32,6 @@
 #include "workers/app/program_log.h"
 #include "workers/app/task_content.h"
 #include "workers/app/worker_daemon.h"
-#include "workers/user_program/program_command.h"
 #include "workers/user_program/user_program.h"
 
 namespace treeroll::worker {
@@ -172,10 +172,14 @@ void describe(CommandLine& line, Options& options) {
 
 std::unique_ptr<TaskSource> source_of(const Options& options, const TaskRegistry& registry) {
   if (options.evaluator.empty()) return tasks_of(registry);
-  return tasks_of(std::make_unique<UserProgram>(
-      ProgramSettings{.command = options.evaluator,
-                      .words = read_program_command(kEvaluatorOption, options.evaluator)},
-      ProgramLog(options.processes.empty() ? 1 : read_processes(options.processes))));
+  const ProgramSettings program{.command = options.evaluator,
+                                .words = read_program_command(kEvaluatorOption, options.evaluator)};
+  const ProgramLog log(options.processes.empty() ? 1 : read_processes(options.processes));
+  try {
+    return tasks_of(std::make_unique<UserProgram>(program, log));
+  } catch (const BadInput& error) {
+    throw ConfigError(kEvaluatorOption, options.evaluator, error.what());
+  }
 }
 
 int serve_daemon(const Options& options, const TaskRegistry& registry) {
@@ -203,8 +207,8 @@ int work(const Options& options, const TaskRegistry& registry) {
     limit_memory(kBytesPerMb * static_cast<std::uint64_t>(options.memory_limit_mb));
   }
   if (options.evaluator_socket >= 0) return serve_daemon(options, registry);
-  const std::unique_ptr<TaskSource> tasks = source_of(options, registry);
-  return options.evaluate ? evaluate_policy(*tasks) : describe_task(*tasks);
+  const auto start = [&] { return source_of(options, registry); };
+  return options.evaluate ? evaluate_policy(start) : describe_task(start);
 }
 
 }  // namespace

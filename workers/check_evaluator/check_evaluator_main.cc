@@ -9,9 +9,9 @@
 #include "common/base/json_text.h"
 #include "common/files/whole_file.h"
 #include "common/program/program.h"
+#include "common/program/program_command.h"
 #include "common/program/standard_output.h"
 #include "workers/check_evaluator/conformance.h"
-#include "workers/user_program/program_command.h"
 
 namespace treeroll::worker {
 namespace {

@@ -20,6 +20,8 @@
 #include <thread>
 #include <utility>
 
+#include "common/base/bad_input.h"
+
 namespace treeroll::worker {
 namespace {
 
@@ -112,7 +114,10 @@ ProgramProcess::ProgramProcess(const std::vector<std::string>& command) {
   if (pid_ < 0 || has_failed) {
     for (int* ours : {&input_, &output_.descriptor, &errors_.descriptor}) close_one(*ours);
     if (pid_ > 0) waitpid(pid_, nullptr, 0);
-    fail(command.front(), has_failed ? exec_error : fork_error);
+    if (!has_failed) fail("fork", fork_error);
+    // Of a file that can be executed: another one is missing.
+    throw BadInput("cannot be started: " + command.front() + ": " + std::strerror(exec_error) +
+                   (exec_error == ENOENT ? " (the interpreter that its first line names?)" : ""));
   }
   // A program that does not read is not waited for in a write, and its end is no signal to us.
   std::signal(SIGPIPE, SIG_IGN);

@@ -32,7 +32,7 @@ class ProgramProcess {
   using Deadline = std::optional<std::chrono::steady_clock::time_point>;
 
   /// Limits of this process (RLIMIT_DATA, say) are the program's too.
-  /// Throws std::runtime_error if it cannot be started.
+  /// Throws BadInput if it cannot be executed, std::runtime_error if the system starts nothing.
   explicit ProgramProcess(const std::vector<std::string>& command);
   ~ProgramProcess();
   ProgramProcess(const ProgramProcess&) = delete;

@@ -44,7 +44,7 @@ class UserProgram {
   /// 17".
   using Log = std::function<void(const std::string& where, const std::string& line)>;
 
-  /// Starts it. Throws std::runtime_error if that fails.
+  /// Starts it. Throws as ProgramProcess does.
   UserProgram(ProgramSettings settings, Log log);
   /// Ends it, with a grace for its motors.
   ~UserProgram();

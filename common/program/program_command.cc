@@ -1,4 +1,4 @@
-#include "workers/user_program/program_command.h"
+#include "common/program/program_command.h"
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -9,14 +9,8 @@
 
 #include "common/base/config_error.h"
 
-namespace treeroll::worker {
+namespace treeroll {
 namespace {
-
-bool can_be_executed(const std::string& path) {
-  struct stat facts {};
-  return access(path.c_str(), X_OK) == 0 && stat(path.c_str(), &facts) == 0 &&
-         S_ISREG(facts.st_mode);
-}
 
 /// As execvp() looks for it.
 bool is_found(const std::string& program) {
@@ -30,6 +24,12 @@ bool is_found(const std::string& program) {
 }
 
 }  // namespace
+
+bool can_be_executed(const std::filesystem::path& file) {
+  struct stat facts {};
+  return access(file.c_str(), X_OK) == 0 && stat(file.c_str(), &facts) == 0 &&
+         S_ISREG(facts.st_mode);
+}
 
 std::vector<std::string> read_program_command(const std::string& option, const std::string& text) {
   wordexp_t found{};
@@ -54,4 +54,4 @@ std::vector<std::string> read_program_command(const std::string& option, const s
   return words;
 }
 
-}  // namespace treeroll::worker
+}  // namespace treeroll
