@@ -32,7 +32,8 @@ void describe_learner(CommandLine& line, LearnerOptions& options) {
       .shows_default();
   line.add(kWorkerProgramOption, options.worker_program.path,
            "Worker executable that knows the task [treeroll-worker beside this one]");
-  line.add(kEvaluatorOption, options.worker_program.evaluator, kEvaluatorHelp);
+  const Option evaluator =
+      line.add(kEvaluatorOption, options.worker_program.evaluator, kEvaluatorHelp);
   line.add("--lcm-url", options.lcm_url,
            "LCM URL [LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0]");
   line.add("--key-file", options.key_file,
@@ -75,7 +76,9 @@ void describe_learner(CommandLine& line, LearnerOptions& options) {
   const Option help_keys = line.add(
       "--help-keys", options.help_keys,
       "Print every key that a study may have with its type, default, bounds and meaning, all "
-      "or those that hold the text, and end");
+      "or those that hold the text, and end; a program of your own lists none of its settings: "
+      "--check says what it takes by default");
+  help_keys.excludes(evaluator);
   line.require_any("STUDY, --resume DIR, --new FILE or --help-keys",
                    {study, resume, new_file, help_keys});
   line.end_help_with(

@@ -152,6 +152,19 @@ TEST_F(AnyLanguageTest, AProgramThatCannotBeStartedIsBadInputWhoeverAsksIt) {
   EXPECT_FALSE(nlohmann::json::parse(shown.output)["policy"].is_null()) << "the rest is shown";
 }
 
+TEST_F(AnyLanguageTest, TheSettingsOfOurTasksAreNotShownForIts) {
+  for (const auto& [program, option] : {std::pair("treeroll-worker", "--help-tasks"),
+                                        std::pair("treeroll-learner", "--help-keys")}) {
+    const Said said = service_.run(program, {option, "goal", "--evaluator", TREEROLL_REACH});
+    EXPECT_EQ(said.status, 2) << said.output;
+    EXPECT_EQ(said.output, "");
+    EXPECT_THAT(said.errors, HasSubstr("--evaluator"));
+  }
+  const Said said =
+      service_.run("treeroll-learner", {study_.string(), "--check", "--evaluator", TREEROLL_REACH});
+  EXPECT_THAT(said.output, HasSubstr("task.mode = \"well\"")) << said.errors;
+}
+
 TEST_F(AnyLanguageTest, ItsChecksAreAProgram) {
   Said said = service_.run("treeroll-check-evaluator", {TREEROLL_REACH, "--name", "reach"});
   EXPECT_EQ(said.status, 0) << said.output << said.errors;

@@ -153,9 +153,10 @@ void describe(CommandLine& line, Options& options) {
   line.add("--evaluate", options.evaluate,
            "Read {\"task\": {...}, \"policy\": TEXT, \"seed\": 0, \"trace\": false} from standard "
            "input, print the policy's reward, and end; treeroll-evaluate is more convenient");
-  line.add(kEvaluatorOption, options.evaluator,
-           "Command of a program of your own, in any language, that evaluates instead of the tasks "
-           "of this one; treeroll-check-evaluator checks it");
+  const Option evaluator = line.add(
+      kEvaluatorOption, options.evaluator,
+      "Command of a program of your own, in any language, that evaluates instead of the tasks "
+      "of this one; treeroll-check-evaluator checks it");
   line.add("--numeric-class", options.numeric_class,
            "Workers of one class must give the same bits; default: of processor, C library and the "
            "command of --evaluator");
@@ -166,8 +167,12 @@ void describe(CommandLine& line, Options& options) {
   line.add("--evaluator-socket", options.evaluator_socket, "").hidden();
   line.add("--parent", options.parent_pid, "").hidden();
   line.add("--task-example", options.task_example, "").hidden();
-  line.add("--help-tasks", options.help_tasks,
-           "Print the settings of its tasks, all or those that hold the text, and end");
+  const Option help_tasks =
+      line.add("--help-tasks", options.help_tasks,
+               "Print the settings of its tasks, all or those that hold the text, and end; a "
+               "program of your own lists none: treeroll-learner STUDY --check says what it takes "
+               "by default");
+  help_tasks.excludes(evaluator);
 }
 
 std::unique_ptr<TaskSource> source_of(const Options& options, const TaskRegistry& registry) {
