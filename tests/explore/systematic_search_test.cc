@@ -24,7 +24,7 @@ double slope(const Cubic& c, double t) { return c[1] + t * (2 * c[2] + t * 3 * c
 
 /// As splines over [0, 2], for each output a factor. A coefficient is the cubic's polar form at the
 /// three knots inside its function's range.
-LinearPolicy spline(const Cubic& c, const std::vector<double>& factors = {1}) {
+LinearPolicy cubic_spline(const Cubic& c, const std::vector<double>& factors = {1}) {
   const auto knot = [](int i) { return .4 * std::clamp(i - 2, 0, 5); };
   Eigen::MatrixXd coefficients(factors.size(), kCoefficients);
   for (int i = 0; i < kCoefficients; ++i) {
@@ -56,7 +56,7 @@ std::vector<double> outputs(const Policy& policy, const Eigen::VectorXd& theta, 
 TEST(SystematicStepsTest, AreAGainAnOffsetADelayAndATempo) {
   const Cubic curve = {-5, 20, -25, 8};
   const std::vector<double> factors = {1, 100};
-  const LinearPolicy policy = spline(curve, factors);
+  const LinearPolicy policy = cubic_spline(curve, factors);
   double square = 0;
   for (int i = 0; i <= 1000; ++i) square += std::pow(value(curve, .002 * i), 2) / 1001;
   const std::vector<Eigen::VectorXd> steps = steps_of(policy);
@@ -75,17 +75,17 @@ TEST(SystematicStepsTest, AreAGainAnOffsetADelayAndATempo) {
 }
 
 TEST(SystematicStepsTest, OfSeveralInputsNoneIsTheTime) {
-  EXPECT_EQ(steps_of(spline({-5, 20, -25, 8}), 1, 2).size(), 2U);
+  EXPECT_EQ(steps_of(cubic_spline({-5, 20, -25, 8}), 1, 2).size(), 2U);
 }
 
 /// On a robot each would be a motion more.
 TEST(SystematicStepsTest, NoneDoesNothingOrWhatOthersDo) {
-  EXPECT_EQ(steps_of(spline({5, 0, 0, 0})).size(), 1U);  // a constant's offset is a gain
-  EXPECT_EQ(steps_of(spline({2, 3, 0, 0})).size(), 2U);  // a line's delay is an offset
+  EXPECT_EQ(steps_of(cubic_spline({5, 0, 0, 0})).size(), 1U);  // a constant's offset is a gain
+  EXPECT_EQ(steps_of(cubic_spline({2, 3, 0, 0})).size(), 2U);  // a line's delay is an offset
 }
 
 TEST(SystematicStepsTest, AreAsBoldAsTheStudyPermits) {
-  const LinearPolicy policy = spline({-5, 20, -25, 8});
+  const LinearPolicy policy = cubic_spline({-5, 20, -25, 8});
   EXPECT_TRUE(steps_of(policy, .1)[3].isApprox(.1 * steps_of(policy)[3]));
 }
 
