@@ -141,6 +141,12 @@ std::optional<int> compare_results(const StateFiles& files, const StateStudy& st
   return agree ? std::optional(num_files) : std::nullopt;
 }
 
+/// What a learner writes before it seals its journal.
+bool has_results(const fs::path& directory) {
+  return fs::exists(directory / "runs.csv") || fs::exists(directory / "rollouts.csv") ||
+         fs::exists(directory / "policies");
+}
+
 void say(const StateFiles& files, const JournalTail& tail, const Contents& contents) {
   fmt::print("journal    {}\nrecords    {}, {} bytes{}\nlearners   {}\nroll-outs  {}, {} failed\n",
              files.journal.string(), tail.num_records, tail.intact_bytes,
@@ -228,7 +234,7 @@ bool verify(const StateFiles& files, bool refit) {
     fmt::print("results    not compared: they are those of an earlier stop\n");
     return true;
   }
-  if (!fs::exists(files.directory / "runs.csv")) {
+  if (!tail.sealed && !has_results(files.directory)) {
     fmt::print("results    no files yet\n");
     return true;
   }

@@ -217,6 +217,27 @@ TEST_F(ReplayTest, ChangedAndMissingResultFilesAreNamed) {
   EXPECT_THAT(said.errors, HasSubstr("flat-1.json: is missing"));
 }
 
+TEST_F(ReplayTest, OfASealedJournalEveryResultFileIsAskedForWhicheverIsMissing) {
+  const fs::path directory = learn("copied");
+  fs::remove(directory / "runs.csv");
+  const std::string text = read_file(directory / "rollouts.csv");
+  write_file(directory / "rollouts.csv", text + "tree,9,9,9,1,0.999,ok,\n");
+  const Said changed = verify(directory);
+  EXPECT_EQ(changed.status, 1) << changed.output;
+  EXPECT_THAT(changed.errors, HasSubstr("runs.csv: is missing"));
+  EXPECT_THAT(changed.errors, HasSubstr("rollouts.csv: differs"));
+  fs::remove(directory / "rollouts.csv");
+  fs::remove_all(directory / "policies");
+  EXPECT_EQ(verify(directory).status, 1);
+  // A learner that was killed has written none.
+  std::vector<JournalRecord> records = records_of(directory);
+  records.pop_back();
+  forge(directory, records);
+  const Said killed = verify(directory);
+  EXPECT_EQ(killed.status, 0) << killed.errors;
+  EXPECT_THAT(killed.output, HasSubstr("results    no files yet\n"));
+}
+
 TEST_F(ReplayTest, WhatIsNoJournalIsRefused) {
   const fs::path folder = service_.directory();
   write_file(folder / "text", "no journal, not even binary, but long enough to be looked at twice");
