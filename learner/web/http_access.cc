@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "common/base/config_error.h"
+#include "common/base/content_hash.h"
 #include "common/files/secret_file.h"
 
 namespace treeroll::web {
@@ -18,6 +19,7 @@ namespace {
 constexpr std::size_t kTokenMin = 16;
 constexpr std::size_t kTokenMax = 256;
 constexpr std::size_t kTokenFileBytesMax = 4096;
+constexpr std::size_t kCookieDigits = 8;  // hexadecimal, of a hash
 
 bool is_ipv4(const std::string& text) {
   in_addr address{};
@@ -76,7 +78,7 @@ bool has_token(const HttpAccess& access, const HttpRequest& request) {
   }
   std::string_view rest;
   const std::string cookies = header_of(request, "cookie");
-  const std::string name = std::string(kTokenCookie) + "=";
+  const std::string name = token_cookie_of(access.token) + "=";
   for (rest = cookies; !rest.empty();) {
     const std::size_t end = std::min(rest.find(';'), rest.size());
     std::string_view cookie = rest.substr(0, end);
@@ -139,6 +141,10 @@ std::string read_token_file(const std::string& option, const std::filesystem::pa
   return token;
 }
 
+std::string token_cookie_of(const std::string& token) {
+  return "treeroll_token_" + to_hex(content_hash(token)).substr(0, kCookieDigits);
+}
+
 std::optional<HttpResponse> refusal_of(const HttpAccess& access, const HttpRequest& request) {
   const std::string host = host_of(header_of(request, "host"));
   if (!is_our_name(access, host)) {
@@ -155,9 +161,11 @@ std::optional<HttpResponse> refusal_of(const HttpAccess& access, const HttpReque
   const auto given = request.query.find("token");
   if (request.path == "/" && given != request.query.end() && is_token(access, given->second)) {
     HttpResponse response = plain(303, "go on to /");
+    // Lax: whoever has followed a link of another site comes to / with it. What else such a site
+    // asks is refused above, with the cookie or without.
     response.headers = {{"Location", "/"},
-                        {"Set-Cookie", std::string(kTokenCookie) + "=" + access.token +
-                                           "; HttpOnly; SameSite=Strict; Path=/"}};
+                        {"Set-Cookie", token_cookie_of(access.token) + "=" + access.token +
+                                           "; HttpOnly; SameSite=Lax; Path=/"}};
     return response;
   }
   if (has_token(access, request)) return std::nullopt;

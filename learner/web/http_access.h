@@ -29,7 +29,9 @@ struct HttpAccess {
   std::string host_name;  ///< of this host, by which a page may be asked for, too
 };
 
-inline constexpr const char* kTokenCookie = "treeroll_token";
+/// The name of the cookie that holds a token: one of its own for each. Browsers send a cookie to
+/// every port of a host, so the pages of two learners would overwrite one of the same name.
+std::string token_cookie_of(const std::string& token);
 
 /// Answers a request that must not reach the page:
 /// - one that names another host (a page elsewhere whose name now leads here: DNS rebinding);

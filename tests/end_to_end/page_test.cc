@@ -138,6 +138,31 @@ TEST_F(PageTest, AnAddressThatOthersReachNeedsAToken) {
   EXPECT_FALSE(fs::exists(state()));
 }
 
+/// As a link in a mail or a chat does: its site is another one than the page's.
+TEST_F(PageTest, ALinkOfAnotherSiteWithTheTokenOpensThePage) {
+  if (Browser::program().empty()) {
+    GTEST_SKIP() << "no /usr/bin/chromium: deploy/install-packages browser";
+  }
+  const std::string token = "0123456789abcdef0123456789abcdef";
+  const fs::path file = service_.directory() / "token";
+  write_file(file, token + "\n");
+  fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
+  const fs::path study = service_.study(text_of(SwingUpStudy{.rollouts = 4000}));
+  const auto daemon = learner(
+      {study.string(), "--state-dir", state().string(), "--http-token-file", file.string()}, "0");
+  const int port = wait_for_port(*daemon);
+  ASSERT_GT(port, 0) << daemon->standard_error();
+  const std::string page = "://127.0.0.1:" + std::to_string(port) + "/";
+  const std::string elsewhere = "http://localhost:" + std::to_string(port) + "/";
+  Browser browser;
+  browser.open(elsewhere);  // an answer that a token is needed is a site as well
+  browser.evaluate("location.href = 'http" + page + "?token=" + token + "'");
+  EXPECT_TRUE(browser.eventually(seconds(60), "study.textContent === 'swing_up'"));
+  browser.open(elsewhere);
+  browser.evaluate("location.href = 'http" + page + "'");
+  EXPECT_TRUE(browser.eventually(seconds(60), "study.textContent === 'swing_up'"));
+}
+
 TEST_F(PageTest, AJournalIsServedAndFollowedWhileItGrows) {
   const auto daemon = new_learner(4000);
   const int port = wait_for_port(*daemon);

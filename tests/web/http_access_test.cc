@@ -73,14 +73,42 @@ TEST(HttpAccessTest, ATokenIsAskedForInEveryPlaceButHealth) {
   EXPECT_EQ(with("authorization", std::string("Bearer ") + kToken + "x"), 401);
   EXPECT_EQ(with("authorization", "Bearer "), 401);
   EXPECT_EQ(with("authorization", kToken), 401);
-  EXPECT_EQ(with("cookie", std::string("a=b; treeroll_token=") + kToken + "; c=d"), 200);
-  EXPECT_EQ(with("cookie", "treeroll_token=0123456789abcdefWRONGX"), 401);
-  EXPECT_EQ(with("cookie", std::string("xtreeroll_token=") + kToken), 401);
+  const std::string name = token_cookie_of(kToken);
+  EXPECT_EQ(with("cookie", "a=b; " + name + "=" + kToken + "; c=d"), 200);
+  EXPECT_EQ(with("cookie", name + "=0123456789abcdefWRONGX"), 401);
+  EXPECT_EQ(with("cookie", "x" + name + "=" + kToken), 401);
   EXPECT_EQ(status_of(access, "/healthz", {{"host", "127.0.0.1"}}), 200);
   EXPECT_EQ(status_of(access, "/api/state?token=" + std::string(kToken), {{"host", "localhost"}}),
             401);
   EXPECT_EQ(status_of(access, "/?token=wrong", {{"host", "localhost"}}), 401);
   EXPECT_EQ(status_of(access, "/?token=" + std::string(kToken), {{"host", "localhost"}}), 303);
+}
+
+/// The cookie, "name=value", that a page gives to whoever opens it with its token.
+std::string cookie_of(const HttpAccess& access) {
+  HttpRequest request;
+  EXPECT_TRUE(read_target("/?token=" + access.token, request));
+  request.headers = {{"host", "localhost"}};
+  const HttpResponse response = refusal_of(access, request).value();
+  for (const auto& [name, value] : response.headers) {
+    if (name == "Set-Cookie") return value.substr(0, value.find(';'));
+  }
+  return "";
+}
+
+/// Cookies know no port: a browser keeps one of a name for all that listens on a host.
+TEST(HttpAccessTest, TwoPagesOfOneHostKeepTheirTokensBesideEachOther) {
+  const HttpAccess first{.token = kToken, .host_name = {}};
+  const HttpAccess second{.token = std::string("another") + kToken, .host_name = {}};
+  std::map<std::string, std::string> kept;
+  for (const HttpAccess& access : {first, second}) {
+    const std::string cookie = cookie_of(access);
+    kept[cookie.substr(0, cookie.find('='))] = cookie;
+  }
+  std::string cookies;
+  for (const auto& [name, cookie] : kept) cookies += (cookies.empty() ? "" : "; ") + cookie;
+  EXPECT_EQ(status_of(first, "/", {{"host", "localhost"}, {"cookie", cookies}}), 200);
+  EXPECT_EQ(status_of(second, "/", {{"host", "localhost"}, {"cookie", cookies}}), 200);
 }
 
 TEST(HttpAccessTest, ReadsAddressesStrictly) {
