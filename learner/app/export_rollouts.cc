@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -115,8 +116,9 @@ class RolloutTable {
     row["status"] = name(result.outcome.status());
     row["reason"] = result.outcome.reason();
     if (result.duration_ns) row["duration_s"] = static_cast<double>(*result.duration_ns) / 1e9;
-    row["worker"] = result.worker_id;
-    row["learner"] = learner_;
+    // As text: of 63 bits most readers of JSON keep 53.
+    row["worker"] = std::to_string(result.worker_id);
+    row["learner"] = std::to_string(learner_);
     if (const auto worker = workers_.find(result.worker_id); worker != workers_.end()) {
       row["host"] = worker->second.host;
       row["pid"] = worker->second.pid;

@@ -24,7 +24,8 @@ void describe_replay(CommandLine& line, ReplayOptions& options) {
   const Option format =
       line.add("--export", options.export_format,
                "csv, jsonl: print a row a roll-out: reward, theta, mean and noise it was drawn "
-               "from, worker; lcm: a log of LCM messages, for lcm-logplayer and lcm-spy")
+               "from, worker (in jsonl ids are text: they have 63 bits); lcm: a log of LCM "
+               "messages, for lcm-logplayer and lcm-spy")
           .one_of({"csv", "jsonl", "lcm"});
   const Option rollout =
       line.add("--policy", options.rollout,
