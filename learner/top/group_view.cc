@@ -53,6 +53,11 @@ void cut(Line& line, std::size_t width) {
   }
 }
 
+void fit(std::vector<Line>& lines, std::size_t width, std::size_t height) {
+  if (lines.size() > height) lines.resize(height);
+  for (Line& line : lines) cut(line, width);
+}
+
 }  // namespace
 
 void GroupView::hear(const protocol::Message& message, TimePoint now) {
@@ -85,15 +90,35 @@ void GroupView::forget_silent(TimePoint now) {
   std::erase_if(workers_, is_gone);
 }
 
-const std::pair<const protocol::LearnerId, GroupView::SeenLearner>* GroupView::chosen(
-    std::size_t place) const {
-  if (learners_.empty()) return nullptr;
-  return &*std::next(learners_.begin(), static_cast<std::ptrdiff_t>(place % learners_.size()));
+std::vector<GroupView::Learners::const_iterator> GroupView::in_order(TimePoint now) const {
+  std::vector<Learners::const_iterator> order;
+  for (auto learner = learners_.begin(); learner != learners_.end(); ++learner) {
+    order.push_back(learner);
+  }
+  std::stable_partition(order.begin(), order.end(),
+                        [now](const auto& each) { return now - each->second.heard <= kSilent; });
+  return order;
 }
 
-std::size_t GroupView::num_runs(std::size_t learner) const {
-  const auto* found = chosen(learner);
-  return found ? found->second.runs.size() : 0;
+std::size_t GroupView::place_of(const Choice& choice,
+                                const std::vector<Learners::const_iterator>& order) const {
+  const auto chosen = std::find_if(order.begin(), order.end(), [&choice](const auto& each) {
+    return each->first == choice.learner;
+  });
+  return chosen == order.end() ? 0 : static_cast<std::size_t>(chosen - order.begin());
+}
+
+std::size_t GroupView::num_runs(const Choice& choice, TimePoint now) const {
+  if (learners_.empty()) return 0;
+  const auto order = in_order(now);
+  return order[place_of(choice, order)]->second.runs.size();
+}
+
+std::optional<protocol::LearnerId> GroupView::next_learner(const Choice& choice,
+                                                           TimePoint now) const {
+  if (learners_.empty()) return std::nullopt;
+  const auto order = in_order(now);
+  return order[(place_of(choice, order) + 1) % order.size()]->first;
 }
 
 void GroupView::add_learner(const SeenLearner& learner, TimePoint now,
@@ -199,28 +224,48 @@ void GroupView::add_runs(const SeenLearner& learner, const Choice& choice, std::
   }
 }
 
-std::vector<Line> GroupView::lines(const Choice& choice, std::size_t width, std::size_t height,
-                                   TimePoint now) const {
-  std::vector<Line> lines;
-  const auto* learner = chosen(choice.learner);
-  if (!learner) {
+void GroupView::add_all(const std::vector<Learners::const_iterator>& learners, const Choice& choice,
+                        std::size_t height, TimePoint now, std::vector<Line>& lines) const {
+  if (learners.empty()) {
     lines.push_back({{"no learner is heard on this LCM URL", Look::kWarning}});
-  } else {
-    if (learners_.size() > 1) {
-      lines.push_back({{fmt::format("learner {} of {} (Tab: the next)",
-                                    choice.learner % learners_.size() + 1, learners_.size()),
-                        Look::kQuiet}});
-    }
-    add_learner(learner->second, now, lines);
   }
+  for (const auto& learner : learners) add_learner(learner->second, now, lines);
   if (!is_verified_) {
     lines.push_back(
         {{"unverified: anybody on the group may have said this (--key-file)", Look::kQuiet}});
   }
-  add_workers(now, learner ? std::max<std::size_t>(2, height / 4) : height, lines);
-  if (learner) add_runs(learner->second, choice, height, lines);
-  if (lines.size() > height) lines.resize(height);
-  for (Line& line : lines) cut(line, width);
+  add_workers(now, learners.empty() ? height : std::max<std::size_t>(2, height / 4), lines);
+  for (const auto& learner : learners) {
+    const protocol::LearnerStatus& status = learner->second.status;
+    if (learners.size() > 1) {
+      lines.push_back({});
+      lines.push_back({{fmt::format("{} ", visible(status.study)), Look::kHead},
+                       {fmt::format("on {} pid {}", visible(status.host), status.pid)}});
+    }
+    add_runs(learner->second, choice, height, lines);
+  }
+}
+
+std::vector<Line> GroupView::lines(const Choice& choice, std::size_t width, std::size_t height,
+                                   TimePoint now) const {
+  std::vector<Line> lines;
+  auto shown = in_order(now);
+  if (shown.size() > 1) {
+    const std::size_t place = place_of(choice, shown);
+    lines.push_back(
+        {{fmt::format("learner {} of {} (Tab: the next)", place + 1, shown.size()), Look::kQuiet}});
+    shown = {shown[place]};
+  }
+  add_all(shown, choice, height, now, lines);
+  fit(lines, width, height);
+  return lines;
+}
+
+std::vector<Line> GroupView::lines_of_all(std::size_t width, std::size_t height,
+                                          TimePoint now) const {
+  std::vector<Line> lines;
+  add_all(in_order(now), {}, height, now, lines);
+  fit(lines, width, height);
   return lines;
 }
 

@@ -25,7 +25,8 @@ enum class RunOrder { kNumber, kBest, kWorst };
 
 /// What a person has chosen to see.
 struct Choice {
-  std::size_t learner = 0;  ///< its place among those that are heard
+  /// Nothing: one that speaks, if there is one.
+  std::optional<protocol::LearnerId> learner = std::nullopt;
   RunOrder order = RunOrder::kNumber;
   std::size_t from = 0;  ///< runs that are scrolled past
 };
@@ -46,11 +47,16 @@ class GroupView {
 
   std::size_t num_learners() const { return learners_.size(); }
   std::size_t num_workers() const { return workers_.size(); }
-  std::size_t num_runs(std::size_t learner) const;
+  /// Of the learner that is shown.
+  std::size_t num_runs(const Choice& choice, TimePoint now) const;
+  /// The one after that which is shown, and after the last the first.
+  std::optional<protocol::LearnerId> next_learner(const Choice& choice, TimePoint now) const;
 
   /// A screen: `height` lines at most, each at most `width` characters.
   std::vector<Line> lines(const Choice& choice, std::size_t width, std::size_t height,
                           TimePoint now) const;
+  /// The same with every learner that is heard.
+  std::vector<Line> lines_of_all(std::size_t width, std::size_t height, TimePoint now) const;
 
  private:
   struct SeenLearner {
@@ -64,13 +70,20 @@ class GroupView {
     std::size_t num_held = 0;
     TimePoint heard;
   };
-  const std::pair<const protocol::LearnerId, SeenLearner>* chosen(std::size_t place) const;
+  using Learners = std::map<protocol::LearnerId, SeenLearner>;
+  /// Those that speak, then those that are silent.
+  std::vector<Learners::const_iterator> in_order(TimePoint now) const;
+  /// The place in that order of the one that is shown. Precondition: there are learners.
+  std::size_t place_of(const Choice& choice,
+                       const std::vector<Learners::const_iterator>& order) const;
+  void add_all(const std::vector<Learners::const_iterator>& learners, const Choice& choice,
+               std::size_t height, TimePoint now, std::vector<Line>& lines) const;
   void add_learner(const SeenLearner& learner, TimePoint now, std::vector<Line>& lines) const;
   void add_workers(TimePoint now, std::size_t count_max, std::vector<Line>& lines) const;
   void add_runs(const SeenLearner& learner, const Choice& choice, std::size_t height,
                 std::vector<Line>& lines) const;
 
-  std::map<protocol::LearnerId, SeenLearner> learners_;
+  Learners learners_;
   std::map<protocol::WorkerId, SeenWorker> workers_;
   bool is_verified_ = false;
 };

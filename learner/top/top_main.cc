@@ -69,7 +69,7 @@ class Top {
     transport::Timer end(loop_, [this] { loop_.stop(); });
     end.set(loop_.now() + std::chrono::seconds(options_.seconds));
     loop_.run();
-    fmt::print("{}", plain_text(view_.lines({}, kPrintedWidth, kPrintedHeight, loop_.now())));
+    fmt::print("{}", plain_text(view_.lines_of_all(kPrintedWidth, kPrintedHeight, loop_.now())));
     flush_standard_output();
   }
 
@@ -90,7 +90,7 @@ class Top {
   }
 
   void act(Key key) {
-    const std::size_t num_runs = view_.num_runs(choice_.learner);
+    const std::size_t num_runs = view_.num_runs(choice_, loop_.now());
     const std::size_t last = num_runs == 0 ? 0 : num_runs - 1;
     const std::size_t page = screen_->height() / 2 + 1;
     const auto back = [this](std::size_t by) { choice_.from -= std::min(choice_.from, by); };
@@ -106,7 +106,7 @@ class Top {
         choice_.from = std::min(last, choice_.from + page);
         return;
       case Key::kNextLearner:
-        choice_ = {.learner = choice_.learner + 1, .order = choice_.order};
+        choice_ = {.learner = view_.next_learner(choice_, loop_.now()), .order = choice_.order};
         return;
       case Key::kNextOrder:
         choice_.order = static_cast<RunOrder>((static_cast<int>(choice_.order) + 1) % 3);
@@ -134,7 +134,7 @@ int top_main(int argc, char** argv) {
     line.add("--key-file", options.key_file,
              "Learner's keys of treeroll-keygen: shows only what is signed with one");
     const Option once =
-        line.add("--once", options.once, "Listen for a while, print what was heard, and end");
+        line.add("--once", options.once, "Listen for a while, print all that was heard, and end");
     line.add("--seconds", options.seconds, "With --once: for so long")
         .between(1, 3600)
         .shows_default()

@@ -65,7 +65,7 @@ TEST(GroupViewTest, OrdersRunsAndScrollsThem) {
   GroupView view;
   view.hear(learner(1), kStart);
   for (int number = 0; number < 30; ++number) view.hear(run(1, number, .01 * number), kStart);
-  EXPECT_EQ(view.num_runs(0), 30U);
+  EXPECT_EQ(view.num_runs({}, kStart), 30U);
   const auto place = [](const std::string& text, int number) {
     return text.find("condition_" + std::to_string(number) + " ");
   };
@@ -85,8 +85,38 @@ TEST(GroupViewTest, LearnersOfOneGroupAreShownOneByOne) {
   view.hear(run(2, 7, .5), kStart);
   EXPECT_THAT(text_of(view), HasSubstr("study_1"));
   EXPECT_THAT(text_of(view), Not(HasSubstr("condition_7")));
-  EXPECT_THAT(text_of(view, {.learner = 1}), HasSubstr("condition_7"));
-  EXPECT_THAT(text_of(view, {.learner = 2}), HasSubstr("study_1"));
+  EXPECT_EQ(view.next_learner({}, kStart), 2);
+  EXPECT_THAT(text_of(view, {.learner = 2}), HasSubstr("condition_7"));
+  EXPECT_EQ(view.next_learner({.learner = 2}, kStart), 1);
+}
+
+TEST(GroupViewTest, WhoPrintsOnceHasEveryLearnerWithItsRuns) {
+  GroupView view;
+  for (const int id : {1, 2}) {
+    view.hear(learner(id), kStart);
+    view.hear(run(id, 6 + id, .5), kStart);
+  }
+  const std::string text = plain_text(view.lines_of_all(200, 60, kStart));
+  for (const char* words : {"study_1 learner", "study_2 learner", "condition_7", "condition_8"}) {
+    EXPECT_THAT(text, HasSubstr(words));
+  }
+  EXPECT_LT(text.find("condition_7"), text.find("study_2 on lab1"));
+  EXPECT_LT(text.find("study_2 on lab1"), text.find("condition_8"));
+  EXPECT_THAT(text, Not(HasSubstr("Tab")));
+}
+
+/// As after a crash and --resume: ids are random, so the dead one may have the lower one.
+TEST(GroupViewTest, WhoSpeaksIsShownBeforeWhoIsSilentUnlessThatOneIsChosen) {
+  GroupView view;
+  view.hear(learner(1), kStart);
+  view.hear(learner(2), kStart + seconds(9));
+  const TimePoint now = kStart + seconds(10);
+  EXPECT_THAT(text_of(view, {}, now), HasSubstr("study_2"));
+  EXPECT_THAT(text_of(view, {}, now), HasSubstr("learner 1 of 2"));
+  const std::string all = plain_text(view.lines_of_all(200, 60, now));
+  EXPECT_LT(all.find("study_2"), all.find("study_1"));
+  EXPECT_EQ(view.next_learner({}, now), 1);
+  EXPECT_THAT(text_of(view, {.learner = 1}, now), HasSubstr("silent for 10 s"));
 }
 
 TEST(GroupViewTest, ShowsWorkersAndWhatIsWrong) {
