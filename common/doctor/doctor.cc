@@ -194,7 +194,8 @@ void print_json(const Findings& findings) {
                     {"text", finding.text},
                     {"cure", finding.cure}});
   }
-  fmt::print("{}\n", list.dump(2));
+  // A path need not be UTF-8.
+  fmt::print("{}\n", list.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 }  // namespace

@@ -124,6 +124,14 @@ TEST_F(ProgramsTest, EveryOneSaysItsVersionInTheSameForm) {
   }
 }
 
+TEST_F(ProgramsTest, TheDoctorNamesAPathThatIsNotUtf8InJson) {
+  const Said said = service_.run("treeroll-doctor", {"--lcm-url", service_.url(), "--seconds", "1",
+                                                     "--json", "--folder", "/absent/\xff"});
+  const nlohmann::json findings = nlohmann::json::parse(said.output, nullptr, false);
+  ASSERT_TRUE(findings.is_array()) << said.errors;
+  EXPECT_THAT(said.output, HasSubstr("/absent/"));
+}
+
 TEST_F(ProgramsTest, ClosedDescriptorsAreNoHarm) {
   for (const char* closed : {"0<&-", "0<&- 1>&-", "0<&- 1>&- 2>&-", "2>&- 1>&-"}) {
     Daemon learner = from_shell(std::string("exec \"$0\" \"$@\" ") + closed, "treeroll-learner",
