@@ -119,7 +119,8 @@ Manual CommandLine::manual() const {
                        .words = {},
                        .otherwise = option->get_default_str(),
                        .text = option->get_description(),
-                       .repeats = option->get_items_expected_max() > 1};
+                       .repeats = option->get_items_expected_max() > 1,
+                       .is_required = option->get_required()};
     // "-h,--help": the long one.
     shown.name = shown.name.substr(shown.name.rfind(',') + 1);
     if (option->get_items_expected_max() > 0) {

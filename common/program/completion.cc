@@ -19,22 +19,25 @@ std::string bash_completion(const Manual& manual) {
     if (!option.is_named()) continue;
     names.push_back(option.name);
     if (!option.words.empty()) {
-      cases += fmt::format("    {}) COMPREPLY=($(compgen -W \"{}\" -- \"$cur\")); return ;;\n",
-                           option.name, fmt::join(option.words, " "));
+      cases += fmt::format(
+          "    {}) mapfile -t COMPREPLY < <(compgen -W \"{}\" -- \"$cur\"); return ;;\n",
+          option.name, fmt::join(option.words, " "));
     } else if (!option.value.empty()) {
       valued.push_back(option.name);
     }
   }
   if (!valued.empty()) {
-    cases += fmt::format("    {}) COMPREPLY=($(compgen -f -- \"$cur\")); return ;;\n",
+    cases += fmt::format("    {}) mapfile -t COMPREPLY < <(compgen -f -- \"$cur\"); return ;;\n",
                          fmt::join(valued, "|"));
   }
   return fmt::format(
       "# bash completion of {}\n{}() {{\n"
       "  local cur=${{COMP_WORDS[COMP_CWORD]}} prev=${{COMP_WORDS[COMP_CWORD-1]}}\n"
+      // Of "--export=csv" the shell makes three words.
+      "  [[ $prev == = ]] && prev=${{COMP_WORDS[COMP_CWORD-2]}}\n  [[ $cur == = ]] && cur=\n"
       "  case $prev in\n{}  esac\n"
-      "  if [[ $cur == -* ]]; then\n    COMPREPLY=($(compgen -W \"{}\" -- \"$cur\"))\n"
-      "  else\n    COMPREPLY=($(compgen -f -- \"$cur\"))\n  fi\n}}\n"
+      "  if [[ $cur == -* ]]; then\n    mapfile -t COMPREPLY < <(compgen -W \"{}\" -- \"$cur\")\n"
+      "  else\n    mapfile -t COMPREPLY < <(compgen -f -- \"$cur\")\n  fi\n}}\n"
       "complete -o filenames -F {} {}\n",
       manual.program, function, cases, fmt::join(names, " "), function, manual.program);
 }

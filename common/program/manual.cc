@@ -26,7 +26,10 @@ std::string plain(const std::string& text) {
 std::string synopsis(const Manual& manual) {
   std::string text = fmt::format("\\fB{}\\fR [\\fIOPTIONS\\fR]", plain(manual.program));
   for (const ManualOption& option : manual.options) {
-    if (!option.is_named()) text += fmt::format(" [\\fI{}\\fR]", plain(option.name));
+    if (option.is_named()) continue;
+    const std::string argument =
+        fmt::format("\\fI{}\\fR{}", plain(option.name), option.repeats ? "..." : "");
+    text += option.is_required ? " " + argument : " [" + argument + "]";
   }
   return text;
 }

@@ -12,7 +12,8 @@ struct ManualOption {
   std::vector<std::string> words;  ///< that the value may be; empty: any
   std::string otherwise;           ///< default; may be empty
   std::string text;
-  bool repeats = false;  ///< may be given several times
+  bool repeats = false;      ///< may be given several times
+  bool is_required = false;  ///< nothing is done without it
 
   bool is_named() const { return name.starts_with("--"); }
 };

@@ -60,6 +60,16 @@ TEST(ManualTest, PageAndCompletionHaveEveryOptionOfTheHelp) {
   }
 }
 
+TEST(ManualTest, ThePageSaysWhichArgumentsMayBeLeftOut) {
+  const Service service;
+  for (const auto& [program, arguments] : {std::pair{"learner", "[\\fISTUDY\\fR]"},
+                                           {"replay", "\\fIPATH\\fR"},
+                                           {"evaluate", "\\fIPOLICY\\fR \\fISTUDY\\fR"}}) {
+    const Said page = service.run("treeroll-" + std::string(program), {"--help-man"});
+    EXPECT_THAT(page.output, HasSubstr(std::string("[\\fIOPTIONS\\fR] ") + arguments + "\n"));
+  }
+}
+
 /// Those who press Tab, each in a shell of its own that has read the learner's completion.
 class CompletionTest : public ::testing::Test {
  protected:
@@ -85,6 +95,15 @@ TEST_F(CompletionTest, BashCompletesOptionsAndTheirWords) {
       "_treeroll_learner; echo \"${COMPREPLY[*]}\"\n";
   EXPECT_EQ(printed("bash", script, "--sta"), "--state-dir\n");
   EXPECT_EQ(printed("bash", script, "study.toml --log j"), "json\n");
+  EXPECT_EQ(printed("bash", script, "--log = j"), "json\n");  // as bash parts --log=j
+}
+
+TEST_F(CompletionTest, BashCompletesANameWithABlankAsOne) {
+  write_file(service_.directory() / "my study.toml", "");
+  const std::string script =
+      "source $1; cd ${1%/*}; COMP_WORDS=(treeroll-learner $2); COMP_CWORD=1\n"
+      "_treeroll_learner; printf '<%s>' \"${COMPREPLY[@]}\"\n";
+  EXPECT_EQ(printed("bash", script, "my"), "<my study.toml>");
 }
 
 TEST_F(CompletionTest, FishCompletesOptionsAndTheirWords) {
