@@ -43,7 +43,7 @@ std::vector<std::string> remarks(const RecheckRecord& record) {
     said.push_back(
         tally.num_outvoted > 0
             ? fmt::format("{} is contradicted by two others of its numeric class in {} roll-outs: "
-                          "its results are in suspects.csv, and treeroll-replay DIR "
+                          "its results go to suspects.csv at the end, and treeroll-replay DIR "
                           "--without-worker {} --state-dir NEW folds the study without them",
                           described(tally.worker), tally.num_outvoted, id)
             : fmt::format("{} differs from others in {} of {} comparisons", described(tally.worker),

@@ -43,9 +43,12 @@ TEST(RecheckTextTest, NamesWhoIsOutvotedElseWhoDiffersAndClassesThatDiffer) {
   record.workers[6].num_outvoted = 2;
   record.classes[{"a", "b"}] = {.num_compared = 4, .num_disagreed = 1, .difference_max = .25};
   record.classes[{"a", "a"}] = {.num_compared = 4, .num_disagreed = 1, .difference_max = .5};
-  EXPECT_THAT(remarks(record),
-              ElementsAre(HasSubstr("2 of 12"), HasSubstr("--without-worker 6"),
-                          HasSubstr("classes a and b differ in 1 of 4 comparisons, by 0.25")));
+  EXPECT_THAT(
+      remarks(record),
+      ElementsAre(HasSubstr("2 of 12"),
+                  HasSubstr("its results go to suspects.csv at the end, and treeroll-replay DIR "
+                            "--without-worker 6 "),
+                  HasSubstr("classes a and b differ in 1 of 4 comparisons, by 0.25")));
   const nlohmann::json json = to_json_value(record);
   EXPECT_EQ(json["workers"][1]["outvoted"], 2);
   EXPECT_EQ(json["classes"].size(), 2U);
