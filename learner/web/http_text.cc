@@ -48,9 +48,11 @@ ReadRequest read_request(std::string& input, std::size_t bytes_max) {
   parser.body_limit(0);
   const std::size_t used = parser.put(boost::asio::buffer(input.data(), end_of_head + 4), error);
   if (error == http::error::header_limit) return too_long;
-  if (error || !parser.is_header_done()) return plain(400, "this is no request of HTTP");
-  if (!parser.is_done()) return plain(413, "a request has no body here");
-  input.erase(0, used);
+  // A body that is too long ends the reading before the head counts as done.
+  const bool has_long_body = error == http::error::body_limit;
+  if (!has_long_body && (error || !parser.is_header_done())) {
+    return plain(400, "this is no request of HTTP");
+  }
   const auto& message = parser.get();
   HttpRequest request;
   request.keeps_alive = message.keep_alive();
@@ -60,6 +62,8 @@ ReadRequest read_request(std::string& input, std::size_t bytes_max) {
     response.headers = {{"Allow", "GET, HEAD"}};
     return response;
   }
+  if (has_long_body || !parser.is_done()) return plain(413, "a request has no body here");
+  input.erase(0, used);
   for (const auto& field : message) {
     std::string& value = request.headers[lower(std::string(field.name_string()))];
     if (!value.empty()) value += ", ";  // repeated: no single Host, say

@@ -159,8 +159,10 @@ TEST_F(HttpServerTest, RefusesWhatIsNoRequestAndHangsUp) {
   EXPECT_THAT(ask("\x16\x03\x01 hello\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
   EXPECT_THAT(ask("GET / HTTP/9.9\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
   EXPECT_THAT(ask("POST / HTTP/1.1\r\nHost: localhost\r\n\r\n"), StartsWith("HTTP/1.1 405 "));
-  EXPECT_THAT(ask("GET / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5\r\n\r\nhello"),
-              StartsWith("HTTP/1.1 4"));
+  const std::string body = "Host: localhost\r\nContent-Length: 5\r\n\r\nhello";
+  EXPECT_THAT(ask("GET / HTTP/1.1\r\n" + body), StartsWith("HTTP/1.1 413 "));
+  EXPECT_THAT(ask("POST / HTTP/1.1\r\n" + body),
+              testing::AllOf(StartsWith("HTTP/1.1 405 "), HasSubstr("Allow: GET, HEAD\r\n")));
   EXPECT_THAT(ask("GET /%zz HTTP/1.1\r\nHost: localhost\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
   EXPECT_THAT(ask("GET / HTTP/1.1\r\nHost: evil.com\r\nConnection: close\r\n\r\n"),
               StartsWith("HTTP/1.1 421 "));
