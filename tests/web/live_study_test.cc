@@ -296,6 +296,24 @@ TEST(LiveStudyTest, RolloutsAreFilteredAndGoOnWhereAPageEnded) {
   EXPECT_EQ(json::parse(rollouts_view(*study.live, query))["rollouts"][0]["rollout"], 299);
 }
 
+TEST(LiveStudyTest, NewestFirstSaysThatItLooksAtTheLastOnesAlone) {
+  FedStudy study(learner::small_study(600, 2));
+  const RolloutsQuery query;
+  study.answer(150);
+  json view = json::parse(rollouts_view(*study.live, query));
+  EXPECT_TRUE(view["last"].is_null());
+  EXPECT_EQ(view["is_cut"], true);
+  study.answer(10'000);
+  view = json::parse(rollouts_view(*study.live, query));
+  EXPECT_EQ(view["last"], LiveStudy::kRecentMax);
+  EXPECT_EQ(view["is_cut"], true);
+  RolloutsQuery of_number = query;
+  of_number.order = "number";
+  view = json::parse(rollouts_view(*study.live, of_number));
+  EXPECT_TRUE(view["last"].is_null());
+  EXPECT_EQ(view["is_cut"], false);
+}
+
 TEST(LiveStudyTest, MetricsAreEscapedAndEachNameIsExplainedOnce) {
   Study small = learner::small_study(30, 2);
   small.name = "a\"b\\c";

@@ -110,8 +110,10 @@ function forget_study() {
 }
 
 async function begin_anew() {
-  const {data} = await get('/api/study');
-  if (page.study && page.study.directory !== data.directory) forget_study();
+  const {status, data} = await get('/api/study');
+  if (!data) throw new Unreachable(`the study is answered with status ${status}`);
+  // Of a study that was extended the runs have other numbers.
+  if (page.study && (page.study.directory !== data.directory || page.study.repetitions !== data.repetitions)) forget_study();
   page.study = data;
   page.incarnation = data.incarnation;
   page.versions = {};
@@ -126,21 +128,41 @@ async function begin_anew() {
 }
 
 async function condition_facts(place) {
-  if (!page.conditions.has(place)) page.conditions.set(place, (await get(`/api/conditions/${place}`)).data);
+  if (!page.conditions.has(place)) {
+    const {status, data} = await get(`/api/conditions/${place}`);
+    if (!data) throw new Unreachable(`a condition is answered with status ${status}`);
+    page.conditions.set(place, data);
+  }
   return page.conditions.get(place);
 }
 
-/** Asks again only where something has been told since. */
-function is_news(what, version = page.state.version) {
-  if (page.versions[what] === version) return false;
-  page.versions[what] = version;
-  return true;
+/**
+ * Asks for an address only where something has been told since, and shows the answer. The version is
+ * noted once it is shown: what fails is asked for again, also where nothing is told any more.
+ */
+async function show_news(what, version, address, show) {
+  if (page.versions[what] === version) return;
+  const asked = page.versions[what] = Symbol(what);
+  const answer = await get(address);
+  if (answer.status >= 500) return;
+  await show(answer);
+  // A click in between asks anew.
+  if (page.versions[what] === asked) page.versions[what] = version;
 }
 
-async function look_at_runs() {
+function look_at_curves() {
+  return show_news('curves', page.state.version, '/api/curves', ({data}) => {
+    if (data) page.curves = data;
+    show_curves();
+  });
+}
+
+function look_at_runs() {
   const query = new URLSearchParams({condition: by_id('runs-condition').value, order: by_id('runs-order').value, from: page.runs_from});
-  if (!is_news('runs', `${page.state.version} ${query}`)) return;
-  const {data} = await get(`/api/runs?${query}`);
+  return show_news('runs', `${page.state.version} ${query}`, `/api/runs?${query}`, show_runs);
+}
+
+function show_runs({data}) {
   if (!data) return;
   fill(by_id('runs'), run_columns, data.runs, {empty: 'There are no runs.', choose: (run) => choose_run(run.run), chosen: (run) => run.run === page.run_index});
   const last = Math.min(data.num, data.from + data.per_page);
@@ -158,9 +180,11 @@ function final_words(final) {
   return `${reward}, the mean of ${final.evaluations} of ${final.wanted} evaluations${failed}`;
 }
 
-async function look_at_run() {
-  if (!is_news('run', `${page.state.version} ${page.run_index}`)) return;
-  const {data} = await get(`/api/runs/${page.run_index}`);
+function look_at_run() {
+  return show_news('run', `${page.state.version} ${page.run_index}`, `/api/runs/${page.run_index}`, show_run);
+}
+
+async function show_run({data}) {
   if (!data) return;
   page.run = data;
   plots.run.draw(...run_plot(data));
@@ -185,7 +209,6 @@ async function show_policy() {
   const {run, shown: rollout} = page;
   if (!run) return;
   const facts = await condition_facts(run.condition_index);
-  if (!facts) return;
   const again = rollout && rollout.again;
   const trace = again && again.trace;
   const columns = facts.columns.length ? facts.columns : trace ? [...trace.policy_inputs, ...trace.policy_outputs].map((name) => trace.titles[trace.columns.indexOf(name)]) : [];
@@ -217,6 +240,8 @@ function show_rollout(run, number, follows = false) {
   }
   set_text(by_id('shown-number-text'), number >= 0 ? String(number) : '–');
   page.wanted_key = `${run}/${number}`;
+  // A click on what could not be shown tries it again.
+  if (!page.shown || (page.shown.again && page.shown.again.failure)) page.shown_key = '';
   page.versions.runs = page.versions.run = null;
   tick_soon();
 }
@@ -267,14 +292,28 @@ async function look_at_rollout() {
   await show_policy();
 }
 
-async function look_at_rollouts() {
+function look_at_rollouts() {
   const value = (id) => by_id(`rollouts-${id}`).value.trim();
   const order = value('order');
   const query = new URLSearchParams({run: value('run'), condition: value('condition'), status: value('status'), layer: value('layer'), reward_min: value('reward') || '0', order, from: order === 'number' ? page.rollouts_from : ''});
-  if (!is_news('rollouts', `${page.state.version} ${query}`)) return;
-  const {status, data} = await get(`/api/rollouts?${query}`);
+  return show_news('rollouts', `${page.state.version} ${query}`, `/api/rollouts?${query}`, show_rollouts);
+}
+
+/** What a table of roll-outs has not looked at, or leaves out. */
+function rollouts_note(data) {
+  const said = [];
+  if (data.last) said.push(`Of the last ${counted(data.last)} roll-outs`);
+  if (data.is_cut) said.push(`the newest ${counted(data.rollouts.length)} that fit`);
+  return said.length ? `${said.join(', ')}. The order "by number" looks at all.` : '';
+}
+
+function show_rollouts({status, data}) {
   const rows = data ? data.rollouts : [];
-  const empty = status === 400 ? 'The filter is not understood: run and layer are whole numbers, the reward is a number.' : 'No roll-out fits.';
+  let empty = 'No roll-out fits.';
+  if (status === 400) empty = 'The filter is not understood: run and layer are whole numbers, the reward is a number.';
+  else if (data && data.last) empty = `None of the last ${counted(data.last)} roll-outs fits.`;
+  else if (data && data.next) empty = 'None of those looked at so far fits.';
+  set_text(by_id('rollouts-note'), data ? rollouts_note(data) : '');
   fill(by_id('rollouts'), rollout_columns, rows, {empty, choose: (row) => show_rollout(row.run, row.rollout), chosen: (row) => `${row.run}/${row.rollout}` === page.wanted_key});
   page.rollouts_next = data && data.next;
   by_id('rollouts-more').hidden = !page.rollouts_next && !page.rollouts_from;
@@ -297,11 +336,7 @@ async function look() {
   alerts(page);
   show_legend();
   show_tables();
-  if (is_news('curves')) {
-    const {data: curves} = await get('/api/curves');
-    if (curves) page.curves = curves;
-    show_curves();
-  }
+  await look_at_curves();
   await look_at_rollout();
   await look_at_run();
   await look_at_runs();

@@ -68,11 +68,15 @@ Place place_of(std::string_view text) {
 
 void add_newest(const LiveStudy& study, const RolloutsQuery& query, json& view) {
   const auto& recent = study.recent();
+  if (recent.size() == LiveStudy::kRecentMax) view["last"] = recent.size();
   for (auto key = recent.rbegin(); key != recent.rend(); ++key) {
     const Run& run = study.core().runs()[static_cast<std::size_t>(key->run)];
     const auto number = static_cast<std::size_t>(key->number);
     if (!fits(run, query) || !fits(run.rollouts()[number], query)) continue;
-    if (view["rollouts"].size() == kRolloutsPerPage) return;
+    if (view["rollouts"].size() == kRolloutsPerPage) {
+      view["is_cut"] = true;
+      return;
+    }
     view["rollouts"].push_back(rollout_row(study, run, number));
   }
 }
@@ -100,7 +104,7 @@ void add_by_number(const LiveStudy& study, const RolloutsQuery& query, json& vie
 }  // namespace
 
 std::string rollouts_view(const LiveStudy& study, const RolloutsQuery& query) {
-  json view{{"rollouts", json::array()}, {"next", nullptr}};
+  json view{{"rollouts", json::array()}, {"next", nullptr}, {"last", nullptr}, {"is_cut", false}};
   if (query.order == "number") {
     add_by_number(study, query, view);
   } else {

@@ -45,7 +45,8 @@ struct RolloutsQuery {
   /// "RUN:NUMBER", where to go on; empty: from the begin. For order "number".
   std::string from;
 };
-/// A table of roll-outs, a page of it.
+/// A table of roll-outs, a page of it. In order "newest" only the last ones that were applied are
+/// looked at: "last" says how many if there may be more, "is_cut" whether more of these fit.
 std::string rollouts_view(const LiveStudy& study, const RolloutsQuery& query);
 
 /// For Prometheus, in its text format.
