@@ -121,7 +121,8 @@ json trace_view(const RolloutTrace& whole) {
 constexpr const char* kNotRepeatable =
     "its task says repeatable = false (a robot, say), and is not run only to be shown";
 
-/// What a worker executable says when it makes the roll-out once more.
+/// What a worker executable says when it makes the roll-out once more. A failure to do so begins as
+/// web::kNotSimulated does.
 /// @param wrong_option  receives what is wrong with the option that names the user's program
 json made_again(const Condition& condition, const std::string& policy, std::int64_t seed,
                 const WorkerProgram& worker_program, std::optional<ConfigError>& wrong_option) {

@@ -16,8 +16,6 @@ namespace treeroll::web {
 namespace {
 
 constexpr Duration kReapPeriod = std::chrono::milliseconds(20);
-/// What failed, or was made before the roll-out had its result, is made again after this.
-constexpr Duration kUnsettledFor = std::chrono::seconds(5);
 /// Who waits for a roll-out asks again and again; after this nobody does.
 constexpr Duration kWantedFor = std::chrono::seconds(10);
 constexpr std::size_t kFailureBytesMax = 500;
@@ -73,7 +71,7 @@ RolloutShower::Shown RolloutShower::show(protocol::RolloutKey key, bool is_settl
       std::find_if(kept_.begin(), kept_.end(), [&](const Kept& kept) { return kept.key == key; });
   if (found != kept_.end()) {
     const bool is_final = found->is_settled && found->shown.text;
-    if (is_final || loop_.now() < found->made_at + kUnsettledFor) {
+    if (is_final || loop_.now() < found->made_at + limits_.unsettled_for) {
       kept_.splice(kept_.begin(), kept_, found);
       return found->shown;
     }
@@ -151,6 +149,8 @@ void RolloutShower::reap() {
                       program_.program.string(), WIFEXITED(status) ? WEXITSTATUS(status) : -1);
     }
   } else {
+    // A worker program that is not in its place now may be later.
+    if (work_->output.starts_with(kNotSimulated)) kept.is_settled = false;
     kept.shown.text = std::make_shared<const std::string>(std::move(work_->output));
   }
   close(work_->child.errors);

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/protocol/messages.h"
@@ -22,9 +23,15 @@ struct ShowingProgram {
   std::vector<std::string> arguments;
 };
 
+/// How its object begins if nothing could simulate the roll-out: keys stand in their order, and the
+/// loop has no time to read all of it.
+inline constexpr std::string_view kNotSimulated = R"({"again":{"failure":)";
+
 struct ShowingLimits {
   /// A user's program may start twice: to describe its task, and to evaluate.
   Duration time = std::chrono::seconds(300);
+  /// What failed, or was made before the roll-out had its result, is made again after this.
+  Duration unsettled_for = std::chrono::seconds(5);
   std::size_t output_bytes_max = 16'000'000;
   std::size_t cache_bytes_max = 48'000'000;
   std::size_t waiting_max = 8;  ///< past it who has waited longest is forgotten

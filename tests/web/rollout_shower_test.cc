@@ -72,6 +72,20 @@ TEST_F(RolloutShowerTest, ShowsTheRestWhereOneThingCannotBe) {
   EXPECT_EQ(show({0, 1}).failure, "RUN:ROLLOUT is none");
 }
 
+TEST_F(RolloutShowerTest, WhatCouldNotBeSimulatedIsTriedAgain) {
+  start(
+      "echo x >> $1; [ $(wc -l < $1) = 1 ] && echo '{\"again\":{\"failure\":\"no worker\"}}' || "
+      "echo ok",
+      {.unsettled_for = milliseconds(50)});
+  EXPECT_THAT(*show({0, 1}).text, HasSubstr("no worker"));
+  std::string last;
+  const TimePoint end = loop_.now() + std::chrono::seconds(20);
+  while (last != "ok\n" && loop_.now() < end) last = *show({0, 1}).text;
+  EXPECT_EQ(last, "ok\n");
+  show({0, 1});
+  EXPECT_EQ(times_started(), 2);
+}
+
 TEST_F(RolloutShowerTest, EndsWhatTakesTooLongOrSaysTooMuch) {
   start("echo begun; exec sleep 60", {.time = milliseconds(200)});
   EXPECT_THAT(show({0, 1}).failure, HasSubstr("took more than 0.2 s"));
