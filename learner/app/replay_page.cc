@@ -5,7 +5,9 @@
 #include <unistd.h>
 
 #include <exception>
-#include <optional>
+#include <filesystem>
+#include <string>
+#include <system_error>
 
 #include "common/program/host_name.h"
 #include "common/program/process_start.h"
@@ -13,10 +15,14 @@
 #include "learner/app/showing.h"
 #include "learner/app/told_record.h"
 #include "learner/journal/journal_fold.h"
+#include "learner/results/state_directory.h"
+#include "learner/state/state_study.h"
 #include "learner/web/live_page.h"
 
 namespace treeroll {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr Duration kLookPeriod = std::chrono::milliseconds(500);
 
@@ -26,9 +32,12 @@ web::HttpLimits limits() { return {.thread = {.share = .9, .at_once = std::chron
 /// A core that follows a journal, and the page that shows it.
 class JournalPage {
  public:
-  JournalPage(const StateFiles& files, const web::PageOptions& page,
+  JournalPage(transport::Loop& loop, const StateFiles& files, const web::PageOptions& page,
               const WorkerProgram& worker_program)
-      : state_(read_state_study(files)),
+      : loop_(loop),
+        files_(files),
+        study_written_at_(study_written_at()),
+        state_(read_state_study(files)),
         core_(state_.loaded.study, settings()),
         page_(loop_, page, core_,
               {.program = program_version(),
@@ -43,13 +52,25 @@ class JournalPage {
         fold_(files.journal, state_.in_journal, loop_.now(), core_,
               {.after = [this](const JournalRecord& record) { tell(page_.study(), record); }}) {}
 
-  void run() {
+  /// Folds what there is.
+  void begin() {
     follow();
     if (failure_) std::rethrow_exception(failure_);
     spdlog::info("the page is {}", page_.url());
-    loop_.on_signals(stop_signals(), [this](int) { loop_.stop(); });
+  }
+
+  /// Until the loop is stopped. @return  the study has been extended
+  bool run() {
     loop_.run();
     if (failure_) std::rethrow_exception(failure_);
+    return is_extended_;
+  }
+
+  /// Where it listens, as --http has it.
+  std::string address() const {
+    const std::string url = page_.url();
+    const std::size_t begin = url.find("//") + 2;
+    return url.substr(begin, url.find('/', begin) - begin);
   }
 
  private:
@@ -59,6 +80,12 @@ class JournalPage {
       page_.study().applied(run, number);
     };
     return settings;
+  }
+
+  /// Of a file that is gone another time than of any that is there.
+  fs::file_time_type study_written_at() const {
+    std::error_code is_gone;
+    return fs::last_write_time(study_of(files_.directory), is_gone);
   }
 
   /// Of a journal that has not grown nothing is read, and nothing told.
@@ -72,10 +99,16 @@ class JournalPage {
     }
     if (num_records != num_told_) page_.study().note(core_.status(loop_.now()), loop_.now());
     num_told_ = num_records;
+    // study.toml is written first. From then on --show, which reads it, goes by its numbers of
+    // runs.
+    is_extended_ = fold_.is_past() || study_written_at() != study_written_at_;
+    if (is_extended_) return loop_.stop();
     timer_.set(loop_.now() + kLookPeriod);
   }
 
-  transport::Loop loop_;
+  transport::Loop& loop_;
+  StateFiles files_;
+  fs::file_time_type study_written_at_;
   StateStudy state_;
   learner::LearnerCore core_;
   web::LivePage page_;
@@ -83,13 +116,23 @@ class JournalPage {
   std::int64_t num_told_ = -1;  ///< records
   transport::Timer timer_{loop_, [this] { follow(); }};
   std::exception_ptr failure_;
+  bool is_extended_ = false;
 };
 
 }  // namespace
 
 void serve_journal(const StateFiles& files, const web::PageOptions& page,
                    const WorkerProgram& worker_program) {
-  JournalPage(files, page, worker_program).run();
+  transport::Loop loop;
+  web::PageOptions same = page;
+  for (bool is_first = true;; is_first = false) {
+    JournalPage shown(loop, files, same, worker_program);
+    shown.begin();
+    if (is_first) loop.on_signals(stop_signals(), [&loop](int) { loop.stop(); });
+    if (!shown.run()) return;
+    spdlog::info("the study has been extended: it is read anew");
+    same.address = shown.address();
+  }
 }
 
 }  // namespace treeroll

@@ -125,6 +125,7 @@ class NumberedReader::Stages {
     }
     return numbered;
   }
+  bool is_past() const { return is_past_; }
 
  private:
   void renumber(AcceptedResult& result, NumberedRecord& numbered) const {
@@ -181,6 +182,8 @@ NumberedReader::NumberedReader(fs::path journal, const StudyInJournal& study,
       studies_(read_studies(journal_)) {}
 
 NumberedReader::~NumberedReader() = default;
+
+bool NumberedReader::is_past() const { return stages_ && stages_->is_past(); }
 
 const JournalTail& NumberedReader::read(
     const std::function<void(const NumberedRecord&)>& on_record) {

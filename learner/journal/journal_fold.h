@@ -60,6 +60,8 @@ class NumberedReader {
 
   /// What has come since the last call. @return  the tail of all
   const JournalTail& read(const std::function<void(const NumberedRecord&)>& on_record);
+  /// The study has been extended: what lies behind is not read.
+  bool is_past() const;
 
  private:
   class Stages;
@@ -97,6 +99,8 @@ class JournalFold {
               learner::LearnerCore& core, FoldHooks hooks = {});
   /// Applies what has come since the last call. @return  the tail of all
   const JournalTail& go_on(TimePoint now);
+  /// The journal goes on with an extension of the core's study.
+  bool is_past() const { return reader_.is_past(); }
 
  private:
   NumberedReader reader_;

@@ -192,6 +192,55 @@ TEST_F(PageTest, AJournalIsServedAndFollowedWhileItGrows) {
   EXPECT_EQ(replay.wait(seconds(10)), 0);
 }
 
+TEST_F(PageTest, AJournalThatIsExtendedIsReadAnewAndItsRunsHaveTheirNewNumbers) {
+  const auto daemon = new_learner(20);
+  ASSERT_EQ(daemon->wait(seconds(90)), 0) << daemon->standard_error();
+  Daemon replay("treeroll-replay", {state().string(), "--http", "0"}, service_.directory());
+  const int port = wait_for_port(replay);
+  ASSERT_GT(port, 0) << replay.standard_error();
+  const auto study = [port] { return json::parse(fetch(port, "/api/study"), nullptr, false); };
+  const int repetitions = study()["repetitions"];
+  // The first run of the second condition.
+  const auto second = [&](int now) { return shown(port, std::to_string(now) + "/3"); };
+  const json before = second(repetitions);
+  Daemon more("treeroll-learner",
+              {"--resume", state().string(), "--lcm-url", service_.url(), "--local-workers", "2",
+               "--set", "study.repetitions=" + std::to_string(repetitions + 1)},
+              service_.directory());
+  ASSERT_EQ(more.wait(seconds(90)), 0) << more.standard_error();
+  ASSERT_TRUE(eventually(seconds(60), [&] {
+    const json now = study();
+    return !now.is_discarded() && now["repetitions"] == repetitions + 1;
+  })) << replay.standard_error();
+  const json after = second(repetitions + 1);
+  EXPECT_EQ(after["condition"], before["condition"]);
+  EXPECT_EQ(after["repetition"], 0);
+  EXPECT_EQ(after["reward"], before["reward"]);
+  EXPECT_TRUE(eventually(seconds(60), [&] {
+    const json state = json::parse(fetch(port, "/api/state"), nullptr, false);
+    return !state.is_discarded() && state["stage"] == "done" &&
+           state["runs"] == 2 * (repetitions + 1);
+  }));
+  EXPECT_THAT(replay.standard_error(), HasSubstr("the study has been extended"));
+  replay.kill(SIGINT);
+  EXPECT_EQ(replay.wait(seconds(10)), 0);
+}
+
+TEST_F(PageTest, AWorkerProgramThatIsPutInPlaceLaterShowsWhatCouldNotBeShown) {
+  const auto daemon = new_learner(20);
+  ASSERT_EQ(daemon->wait(seconds(90)), 0) << daemon->standard_error();
+  const fs::path worker = service_.directory() / "worker";
+  Daemon replay("treeroll-replay",
+                {state().string(), "--http", "0", "--worker-program", worker.string()},
+                service_.directory());
+  const int port = wait_for_port(replay);
+  ASSERT_GT(port, 0) << replay.standard_error();
+  EXPECT_TRUE(shown(port, "0/3")["again"].contains("failure"));
+  fs::create_symlink(executable("treeroll-worker"), worker);
+  EXPECT_TRUE(
+      eventually(seconds(60), [&] { return shown(port, "0/3")["again"].contains("trace"); }));
+}
+
 /// From the bus alone; on a terminal of its own, q ends it.
 TEST_F(PageTest, ATerminalShowsWhoLearnsAndWhoWorks) {
   const auto daemon = new_learner(4000);
@@ -271,6 +320,51 @@ TEST_F(PageTest, ABrowserShowsItAndFindsAResumedLearnerAgain) {
   for (const std::string& error : browser.take_errors()) {
     EXPECT_THAT(error, HasSubstr("Failed to load resource"));
   }
+}
+
+/// A journal at rest tells nothing new: what has failed once must be asked for all the same.
+TEST_F(PageTest, WhatFailsOnceIsShownOnceItCanBe) {
+  if (Browser::program().empty()) {
+    GTEST_SKIP() << "no /usr/bin/chromium: deploy/install-packages browser";
+  }
+  const auto daemon = new_learner(20);
+  ASSERT_EQ(daemon->wait(seconds(90)), 0) << daemon->standard_error();
+  Daemon replay("treeroll-replay", {state().string(), "--http", "0"}, service_.directory());
+  const int port = wait_for_port(replay);
+  ASSERT_GT(port, 0) << replay.standard_error();
+  Browser browser;
+  browser.open("http://127.0.0.1:" + std::to_string(port) + "/");
+  ASSERT_TRUE(browser.eventually(seconds(60), "runs.tBodies[0].rows.length > 1"));
+  ASSERT_TRUE(browser.eventually(seconds(60), "rollouts.tBodies[0].rows.length > 5"));
+  const std::string first = "runs.tBodies[0].rows[0].cells[0].textContent";
+  const std::string title = "document.getElementById('shown-title').textContent";
+  const std::string by_number = browser.evaluate(first);
+  browser.evaluate("window.real = window.fetch, window.lost = 0, 0");
+  browser.evaluate(
+      "window.fetch = (address, more) => address.startsWith('/api/runs?') ?"
+      " (++lost, Promise.reject(new Error('lost'))) : real(address, more), 0");
+  // Of four runs one order begins with another one than run 0.
+  const auto first_by = [port](const std::string& order) {
+    const json said = json::parse(fetch(port, "/api/runs?order=" + order));
+    return std::to_string(said["runs"][0]["run"].get<int>());
+  };
+  const std::string order = first_by("worst") == by_number ? "best" : "worst";
+  browser.evaluate("document.getElementById('runs-order').value = '" + order + "', 0");
+  browser.evaluate("document.getElementById('runs-order').onchange(), 0");
+  ASSERT_TRUE(browser.eventually(seconds(60), "lost > 0"));
+  browser.evaluate("window.fetch = real, 0");
+  EXPECT_TRUE(browser.eventually(seconds(20), first + " === '" + first_by(order) + "'"));
+
+  const std::string click = "document.querySelectorAll('#rollouts tbody tr')[2].click()";
+  browser.evaluate(
+      "window.fetch = (address, more) => address.startsWith('/api/rollouts/') ?"
+      " Promise.resolve(new Response('{\"failure\":\"busy\"}',"
+      " {headers: {'Content-Type': 'application/json'}})) : real(address, more), 0");
+  browser.evaluate(click);
+  ASSERT_TRUE(browser.eventually(seconds(60), title + ".endsWith('cannot be shown: busy')"));
+  browser.evaluate("window.fetch = real, 0");
+  browser.evaluate(click);
+  EXPECT_TRUE(browser.eventually(seconds(20), "/^(tree|flat), run/.test(" + title + ")"));
 }
 
 }  // namespace
