@@ -149,7 +149,7 @@ void RolloutShower::reap() {
                       program_.program.string(), WIFEXITED(status) ? WEXITSTATUS(status) : -1);
     }
   } else {
-    // A worker program that is not in its place now may be later.
+    // A worker program that does not work now may do so later.
     if (work_->output.starts_with(kNotSimulated)) kept.is_settled = false;
     kept.shown.text = std::make_shared<const std::string>(std::move(work_->output));
   }

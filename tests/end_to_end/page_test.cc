@@ -226,16 +226,19 @@ TEST_F(PageTest, AJournalThatIsExtendedIsReadAnewAndItsRunsHaveTheirNewNumbers) 
   EXPECT_EQ(replay.wait(seconds(10)), 0);
 }
 
-TEST_F(PageTest, AWorkerProgramThatIsPutInPlaceLaterShowsWhatCouldNotBeShown) {
+TEST_F(PageTest, AWorkerProgramThatIsMendedShowsWhatCouldNotBeShown) {
   const auto daemon = new_learner(20);
   ASSERT_EQ(daemon->wait(seconds(90)), 0) << daemon->standard_error();
   const fs::path worker = service_.directory() / "worker";
+  write_file(worker, "#!/bin/sh\nexit 1\n");
+  fs::permissions(worker, fs::perms::owner_all);
   Daemon replay("treeroll-replay",
                 {state().string(), "--http", "0", "--worker-program", worker.string()},
                 service_.directory());
   const int port = wait_for_port(replay);
   ASSERT_GT(port, 0) << replay.standard_error();
   EXPECT_TRUE(shown(port, "0/3")["again"].contains("failure"));
+  fs::remove(worker);
   fs::create_symlink(executable("treeroll-worker"), worker);
   EXPECT_TRUE(
       eventually(seconds(60), [&] { return shown(port, "0/3")["again"].contains("trace"); }));
