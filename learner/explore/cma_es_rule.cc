@@ -53,8 +53,9 @@ class CmaEsRule final : public PopulationRule {
       return Eigen::VectorXd::Zero(distribution().mean.size());
     }
     if (systematic_) {
-      return bold_factor_.triangularView<Eigen::Lower>().solve(systematic_->next() -
-                                                               distribution().mean);
+      return noise_factor(distribution().noise)
+          .triangularView<Eigen::Lower>()
+          .solve(systematic_->next() - distribution().mean);
     }
     Eigen::VectorXd normal;
     if (to_mirror_) {
@@ -130,7 +131,6 @@ class CmaEsRule final : public PopulationRule {
   void begin_systematic_search() {
     systematic_.emplace(start_, std::exchange(systematic_steps_, {}));
     best_boldly_ = best_reward();
-    bold_factor_ = noise_factor(search_.distribution().noise);
   }
 
   /// Goes on near what has been found with small steps, or boldly as before.
@@ -162,8 +162,7 @@ class CmaEsRule final : public PopulationRule {
   RatedRollout start_;                             // where it begins
   std::optional<SystematicSearch> systematic_;     // while it goes on
   double best_boldly_ = 0;                         // what it is to outdo
-  Eigen::MatrixXd bold_factor_;  // of the noise that its members are said to be drawn from
-  Eigen::MatrixXd small_noise_;  // to go on with where it ends
+  Eigen::MatrixXd small_noise_;                    // to go on with where it ends
 };
 
 }  // namespace
