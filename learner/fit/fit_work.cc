@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "learner/fit/levenberg_marquardt.h"
+
 namespace treeroll {
 namespace {
 
@@ -25,10 +27,8 @@ double FitWork::numbers(int components) const {
 
 double FitWork::densities(int components) const { return components * samples_ * iterations_; }
 
-/// The sum of squares, and its factor at each of at most 8 tries.
 double FitWork::products(int components) const {
-  const double n = numbers(components);
-  return is_refined_ ? n * n * (samples_ * outputs_ + 8 * n / 3) : 0;
+  return is_refined_ ? products_of_step(numbers(components), samples_ * outputs_) : 0;
 }
 
 int FitWork::last_of(const SizeRange& sizes) const {

@@ -129,8 +129,7 @@ int count_starts(SettingsReader& policy, const Demonstration& demonstration, int
   const double samples = static_cast<double>(demonstration.data.cols());
   const auto numbers = [&](int hidden) { return hidden * (inputs + 1) + outputs * (hidden + 1); };
   const auto products = [&](int hidden) {
-    const double n = numbers(hidden);
-    return n * n * (samples * outputs + 8 * n / 3);
+    return products_of_step(numbers(hidden), samples * outputs);
   };
   if (products(num_hidden) > kProductsMax) {
     int most = num_hidden - 1;
