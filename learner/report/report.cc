@@ -12,7 +12,6 @@
 #include "common/base/config_error.h"
 #include "common/base/shown_reward.h"
 #include "common/files/atomic_file.h"
-#include "common/program/program_command.h"
 #include "common/program/standard_output.h"
 #include "learner/core/learner_core.h"
 #include "learner/journal/journal_file.h"
@@ -47,10 +46,7 @@ void check(const ReportOptions& options) {
                         fmt::format("must be the state directory of a study: it has no {}", file));
     }
   }
-  if (options.needs_worker_program && !can_be_executed(options.worker_program.path)) {
-    throw ConfigError(kWorkerProgramOption, options.worker_program.path.string(),
-                      "must be a program that can be executed");
-  }
+  if (options.needs_worker_program) check_executable(options.worker_program);
 }
 
 /// Two studies of one name, of two seeds say, are told apart by their place on the command line.

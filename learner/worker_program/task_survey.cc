@@ -81,11 +81,8 @@ std::optional<TaskDescription> describe_repeatable(const std::string& content,
 std::map<std::string, DescribedTask> survey_tasks(const LoadedStudy& loaded,
                                                   const WorkerProgram& worker_program,
                                                   bool is_needed) {
-  if (!can_be_executed(worker_program.path)) {
-    if (!is_needed) return {};
-    throw ConfigError(kWorkerProgramOption, worker_program.path.string(),
-                      "must be a program that can be executed");
-  }
+  if (!is_needed && !can_be_executed(worker_program.path)) return {};
+  check_executable(worker_program);
   std::map<std::string, DescribedTask> known;
   std::set<std::string> asked;
   for (std::size_t c = 0; c < loaded.study.conditions.size(); ++c) {

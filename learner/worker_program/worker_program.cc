@@ -6,15 +6,20 @@
 
 namespace treeroll {
 
+void check_executable(const WorkerProgram& program) {
+  if (can_be_executed(program.path)) return;
+  throw ConfigError(kWorkerProgramOption, program.path.string(),
+                    "must be a program that can be executed");
+}
+
 void check_and_complete(WorkerProgram& given) {
   if (!given.evaluator.empty()) {
     static_cast<void>(read_program_command(kEvaluatorOption, given.evaluator));
   }
   if (given.path.empty()) {
     given.path = program_beside_us("treeroll-worker");
-  } else if (!can_be_executed(given.path)) {
-    throw ConfigError(kWorkerProgramOption, given.path.string(),
-                      "must be a program that can be executed");
+  } else {
+    check_executable(given);
   }
 }
 

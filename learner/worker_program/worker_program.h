@@ -24,6 +24,9 @@ struct WorkerProgram {
   std::string evaluator;  ///< the command of the user's program; empty: none
 };
 
+/// Throws ConfigError if the worker executable cannot be executed.
+void check_executable(const WorkerProgram& program);
+
 /// What the options of that name give, before anything is asked of it or begun with it: a command
 /// that cannot be started is no task's fault. Without the first it is treeroll-worker beside this
 /// program, which may not be there. Throws ConfigError for what cannot be executed.
